@@ -1,0 +1,43 @@
+#![doc = include_str!("../README.md")]
+//!
+//! # The map of the crate
+//!
+//! | module | what it holds |
+//! | --- | --- |
+//! | [`linear`] | the chain of integrators with its gains, and every linear complementary filter as a design of it |
+//! | [`gravity`] | gravity to angles, body rates to angle rates, and the filter that fuses both |
+//! | [`Real`], [`Element`] | `f32` or `f64`; what may be filtered: a scalar, a lane of channels, a vector |
+//! | [`Dt`], [`Error`] | a checked time step; which parameter broke which rule |
+//!
+//! # The rules of the crate
+//!
+//! * **Design → gains → state.** A design is what a person wants, in seconds and rad/s. At a sample period it becomes
+//!   gains, checked once. State is what changes: `Copy`, in physical units that do not depend on the sample period.
+//! * **One step.** `predict` and `correct` hold the only arithmetic per sample; everything else loops over them.
+//! * **The same bits everywhere.** Parameters are rounded to the scalar type once and everything after runs in it; no
+//!   fused multiply-add, one order of summation, transcendental functions from `libm` on every platform.
+//! * **Nothing fails after the design.** No allocation, no panic, no unsafe code.
+#![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+mod dt;
+mod element;
+mod error;
+pub mod gravity;
+pub mod linear;
+mod real;
+
+pub use dt::Dt;
+pub use element::Element;
+pub use error::{Error, Rule};
+pub use linear::{
+    Butterworth, Chain, Discretise, FirstOrder, Gains, Matched, PiForm, RateFilter, Recurrence,
+    SecondOrderInertial, Split, State, ThirdOrder,
+};
+pub use real::Real;
+
+/// Vectors and complex numbers in the interface are nalgebra's.
+pub use nalgebra;

@@ -1,0 +1,216 @@
+//! The recurrence: a chain of `N` integrators, fed with the `M`-th derivative, corrected by the innovation.
+
+use super::poles::{is_stable, poles};
+use super::{Matched, Split};
+use crate::error::positive;
+use crate::{Element, Error, Real, Rule};
+use nalgebra::Complex;
+
+/// The state of a filter of order `N`: level 0 is the quantity wanted, level `i` stands for its `i`-th
+/// derivative, and the levels from `M` on for minus the error of the input.
+///
+/// The levels are physical quantities that do not depend on the sample period: a filter can be
+/// stopped, stored, resumed, and run at another rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State<E, const N: usize> {
+    /// Level 0 first.
+    pub levels: [E; N],
+}
+
+impl<E, const N: usize> State<E, N> {
+    /// Level 0 at `level0`, the other levels at zero.
+    pub fn at_rest<T>(level0: E) -> Self
+    where
+        E: Element<T>,
+    {
+        let mut levels = [E::neutral(); N];
+        if let Some(first) = levels.first_mut() {
+            *first = level0;
+        }
+        Self { levels }
+    }
+}
+
+/// The arithmetic per sample: predict with the input, correct by the innovation, or both as one step.
+///
+/// Batch, stream, Python and firmware loop over these functions and over no others, so that they
+/// give the same bits. None of them can fail, panic or allocate.
+pub trait Recurrence<T: Real, const N: usize>: Copy {
+    /// Moves the state on by the sample period with the input `u`: `x⁻ = Φ x + Γ u`.
+    fn predict<E: Element<T>>(&self, state: &mut State<E, N>, u: E);
+
+    /// The same with an input that moves on a straight line from `from` to `to` within the step.
+    fn predict_ramp<E: Element<T>>(&self, state: &mut State<E, N>, from: E, to: E);
+
+    /// Corrects a predicted state by the innovation `e = y - x⁻_0`: `x = x⁻ + L e`.
+    fn correct<E: Element<T>>(&self, state: &mut State<E, N>, innovation: E) {
+        correct_with(self.correction(), state, innovation);
+    }
+
+    /// One sample: predict with `u`, correct by `y`. Returns level 0.
+    ///
+    /// ```
+    /// use compfilt_core::{FirstOrder, Recurrence, State};
+    /// let gains = FirstOrder::new(0.5_f32)?.at(0.01)?;
+    /// let mut state = State::at_rest::<f32>(0.0);
+    /// let angle = gains.step(&mut state, 0.1, 0.02);
+    /// assert_eq!(angle, state.levels[0]);
+    /// # Ok::<(), compfilt_core::Error>(())
+    /// ```
+    #[inline(always)]
+    fn step<E: Element<T>>(&self, state: &mut State<E, N>, y: E, u: E) -> E {
+        self.predict(state, u);
+        let innovation = y - state.levels[0];
+        self.correct(state, innovation);
+        state.levels[0]
+    }
+
+    /// The gains `L` of the innovation.
+    fn correction(&self) -> &[T; N];
+
+    /// The sample period in seconds.
+    fn dt(&self) -> T;
+}
+
+/// `x_i += L_i e`.
+#[inline(always)]
+pub(crate) fn correct_with<T: Real, E: Element<T>, const N: usize>(
+    correction: &[T; N],
+    state: &mut State<E, N>,
+    innovation: E,
+) {
+    for (x, l) in state.levels.iter_mut().zip(correction) {
+        *x = *x + innovation * *l;
+    }
+}
+
+/// A complementary filter as an observer on a chain of `N` integrators whose input is the `M`-th
+/// derivative of level 0: the continuous coefficients `k_1 … k_N`, checked.
+///
+/// ```text
+/// LP(s) = (k_1 s^{N-1} + … + k_N) / (s^N + k_1 s^{N-1} + … + k_N),   HP(s) = s^N / (the same)
+/// ```
+///
+/// ```
+/// use compfilt_core::Chain;
+/// // A position filter on acceleration, with a triple pole at -2 rad/s.
+/// let chain = Chain::<f64, 3, 2>::new([6.0, 12.0, 8.0])?;
+/// assert!(chain.poles().iter().all(|pole| (pole.re + 2.0).abs() < 1e-12));
+/// assert!(Chain::<f64, 3, 2>::new([1.0, 1.0, 2.0]).is_err()); // unstable: k_1 k_2 < k_3
+/// # Ok::<(), compfilt_core::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chain<T, const N: usize, const M: usize> {
+    coefficients: [T; N],
+}
+
+impl<T: Real, const N: usize, const M: usize> Chain<T, N, M> {
+    /// The chain with the coefficients `k_1 … k_N`, in 1/s, 1/s², ….
+    ///
+    /// # Errors
+    /// A coefficient is not positive and finite, or the polynomial `s^N + k_1 s^{N-1} + … + k_N` has
+    /// a root outside the left half plane.
+    pub fn new(coefficients: [T; N]) -> Result<Self, Error> {
+        const { assert!(M >= 1 && M <= N, "the input drives one of the levels") };
+        for k in coefficients {
+            positive("coefficients", k)?;
+        }
+        if is_stable(&coefficients) {
+            Ok(Self { coefficients })
+        } else {
+            Err(Error::new("coefficients", Rule::Stable))
+        }
+    }
+
+    /// A chain whose stability its design guarantees: only what may vanish or overflow is checked.
+    pub(crate) fn of_design(parameter: &'static str, coefficients: [T; N]) -> Result<Self, Error> {
+        const { assert!(M >= 1 && M <= N, "the input drives one of the levels") };
+        let representable = |k: &T| k.is_finite() && *k > nalgebra::zero();
+        if coefficients.iter().all(representable) {
+            Ok(Self { coefficients })
+        } else {
+            Err(Error::new(parameter, Rule::Representable))
+        }
+    }
+
+    /// `k_1 … k_N`.
+    pub fn coefficients(&self) -> &[T; N] {
+        &self.coefficients
+    }
+
+    /// The roots of `s^N + k_1 s^{N-1} + … + k_N` in rad/s.
+    pub fn poles(&self) -> [Complex<T>; N] {
+        poles(&self.coefficients)
+    }
+
+    /// The same chain with matched poles, `z = exp(p dt)`, instead of backward Euler.
+    pub fn matched(&self) -> Matched<T, N, M> {
+        Matched::new(self)
+    }
+}
+
+impl<T: Real, const N: usize> Chain<T, N, 1> {
+    /// The same poles with only the terms below degree `split` in the low-pass.
+    ///
+    /// # Errors
+    /// `split` is 0 or above the order.
+    pub fn split(&self, split: usize) -> Result<Split<T, N>, Error> {
+        Split::new(self, split)
+    }
+}
+
+/// The gains of a [`Chain`] at one sample period.
+///
+/// Both rules predict with powers of one shift: `x⁻_i = x_i + Σ_j c_j w_{i+j}`, where `w` are the levels
+/// with the input added at level `M`. Backward Euler has `c_j = dt^j`, matched poles `c_j = dt^j / j!`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gains<T, const N: usize, const M: usize> {
+    /// `c_1 … c_N`; the first is the sample period.
+    pub(crate) shifts: [T; N],
+    /// What a ramp of the input by 1 within the step adds at distance 1 … N below level `M`.
+    pub(crate) ramp: [T; N],
+    /// `L`.
+    pub(crate) correction: [T; N],
+}
+
+impl<T: Real, const N: usize, const M: usize> Recurrence<T, N> for Gains<T, N, M> {
+    #[inline(always)]
+    fn predict<E: Element<T>>(&self, state: &mut State<E, N>, u: E) {
+        // From level 0 up, so that every level still finds the old values above it. The increments are
+        // summed before they meet the level: one rounding at the level's own size.
+        for i in 0..N {
+            let mut increment = None;
+            for (j, c) in (i + 1..=N).zip(&self.shifts) {
+                let source = match state.levels.get(j) {
+                    Some(x) if j == M => *x + u,
+                    Some(x) => *x,
+                    None if j == M => u,
+                    None => continue,
+                };
+                let term = source * *c;
+                increment = Some(increment.map_or(term, |sum: E| sum + term));
+            }
+            if let Some(increment) = increment {
+                state.levels[i] = state.levels[i] + increment;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn predict_ramp<E: Element<T>>(&self, state: &mut State<E, N>, from: E, to: E) {
+        self.predict(state, from);
+        let change = to - from;
+        // Level M - 1 is the nearest below the input.
+        for (x, weight) in state.levels[..M].iter_mut().rev().zip(&self.ramp) {
+            *x = *x + change * *weight;
+        }
+    }
+
+    fn correction(&self) -> &[T; N] {
+        &self.correction
+    }
+
+    fn dt(&self) -> T {
+        self.shifts[0]
+    }
+}

@@ -1,0 +1,179 @@
+//! The roots of `s^N + k_1 s^{N-1} + … + k_N`.
+
+use crate::Real;
+use nalgebra::{Complex, ComplexField};
+
+/// Whether all roots lie in the left half plane, by Routh's scheme.
+pub(crate) fn is_stable<T: Real, const N: usize>(coefficients: &[T; N]) -> bool {
+    // Two rows of the scheme; the upper one lacks its first entry, which is kept apart as `lead`.
+    let mut upper = [T::zero(); N];
+    let mut lower = [T::zero(); N];
+    let mut lead = T::one();
+    for (i, k) in coefficients.iter().enumerate() {
+        let row = if i % 2 == 0 { &mut lower } else { &mut upper };
+        row[i / 2] = *k;
+    }
+    for _ in 0..N {
+        let [first, ..] = lower[..] else { return false };
+        if !(first > T::zero() && first.is_finite()) {
+            return false;
+        }
+        let mut shifted = [T::zero(); N];
+        shifted[..N - 1].copy_from_slice(&lower[1..]);
+        for (entry, right) in upper.iter_mut().zip(&shifted) {
+            *entry -= lead / first * *right;
+        }
+        lower = core::mem::replace(&mut upper, shifted);
+        lead = first;
+    }
+    true
+}
+
+/// The roots of `s^N + k_1 s^{N-1} + … + k_N`, conjugate pairs side by side.
+///
+/// One root of multiplicity `N` and orders up to 2 come from closed forms; the rest from the simultaneous
+/// iteration of Ehrlich and Aberth.
+pub fn poles<T: Real, const N: usize>(coefficients: &[T; N]) -> [Complex<T>; N] {
+    // In units of the geometric mean of the roots, all coefficients are of moderate size.
+    let unit = geometric_mean(coefficients);
+    let mut normalised = *coefficients;
+    let mut scale = T::one();
+    for k in &mut normalised {
+        scale /= unit;
+        *k *= scale;
+    }
+    let roots = multiple(&normalised)
+        .or_else(|| quadratic(&normalised))
+        .unwrap_or_else(|| ehrlich_aberth(&normalised));
+    roots.map(|root| root * unit)
+}
+
+fn geometric_mean<T: Real, const N: usize>(coefficients: &[T; N]) -> T {
+    let last = coefficients.last().copied().unwrap_or(T::one());
+    #[allow(clippy::cast_precision_loss)] // The order is a small number.
+    let exponent = T::literal(1.0 / N as f64);
+    if N == 1 { last } else { last.powf(exponent) }
+}
+
+/// `(s - p)^N`, if the coefficients are those to rounding.
+fn multiple<T: Real, const N: usize>(coefficients: &[T; N]) -> Option<[Complex<T>; N]> {
+    #[allow(clippy::cast_precision_loss)]
+    let order = T::literal(N as f64);
+    let root = -*coefficients.first()? / order;
+    let rebuilt = super::placement::polynomial_from_roots([real(root); N]);
+    let tolerance = T::default_epsilon() * T::literal(8.0) * order;
+    let same =
+        rebuilt.iter().zip(coefficients).all(|(a, b)| (*a - *b).abs() <= tolerance * b.abs());
+    same.then_some([real(root); N])
+}
+
+fn quadratic<T: Real, const N: usize>(coefficients: &[T; N]) -> Option<[Complex<T>; N]> {
+    let &[k1, k2] = coefficients.as_slice() else { return None };
+    let half = k1 * T::literal(-0.5);
+    let discriminant = half * half - k2;
+    let (first, second) = if discriminant < T::zero() {
+        let imaginary = (-discriminant).sqrt();
+        (Complex::new(half, imaginary), Complex::new(half, -imaginary))
+    } else {
+        // The larger root without cancellation, the smaller by the product of both.
+        let large = half - discriminant.sqrt();
+        (real(large), real(k2 / large))
+    };
+    let mut roots = [first; N];
+    *roots.last_mut()? = second;
+    Some(roots)
+}
+
+fn ehrlich_aberth<T: Real, const N: usize>(coefficients: &[T; N]) -> [Complex<T>; N] {
+    let mut roots = start(coefficients);
+    for _ in 0..200 {
+        let mut largest = T::zero();
+        for i in 0..N {
+            let here = roots[i];
+            let newton = newton_step(coefficients, here);
+            let mut repulsion = real(T::zero());
+            for (j, other) in roots.iter().enumerate() {
+                if j != i {
+                    repulsion += real(T::one()) / (here - *other);
+                }
+            }
+            let step = newton / (real(T::one()) - newton * repulsion);
+            if step.re.is_finite() && step.im.is_finite() {
+                roots[i] = here - step;
+                largest = largest.max(size(step) / size(here));
+            }
+        }
+        if largest <= T::default_epsilon() {
+            break;
+        }
+    }
+    pair(roots)
+}
+
+/// Points around the circle on which the roots lie on average, turned so that none is real or mirrored.
+fn start<T: Real, const N: usize>(coefficients: &[T; N]) -> [Complex<T>; N] {
+    let radius =
+        T::one() + coefficients.iter().fold(T::zero(), |m, k| m.max(*k)) * T::literal(1e-3);
+    core::array::from_fn(|i| {
+        #[allow(clippy::cast_precision_loss)]
+        let angle = T::literal((i as f64 * core::f64::consts::TAU + 0.7) / N as f64);
+        Complex::new(radius * angle.cos(), radius * angle.sin())
+    })
+}
+
+/// p(s)/p'(s) by Horner's scheme.
+fn newton_step<T: Real, const N: usize>(coefficients: &[T; N], s: Complex<T>) -> Complex<T> {
+    let mut value = real(T::one());
+    let mut slope = real(T::zero());
+    for k in coefficients {
+        slope = slope * s + value;
+        value = value * s + real(*k);
+    }
+    value / slope
+}
+
+/// Makes the set closed under conjugation again: what is real to rounding becomes real, every other root gets its
+/// exact mirror image.
+fn pair<T: Real, const N: usize>(mut roots: [Complex<T>; N]) -> [Complex<T>; N] {
+    let tolerance = T::default_epsilon().sqrt();
+    for root in &mut roots {
+        if root.im.abs() <= tolerance * size(*root) {
+            root.im = T::zero();
+        }
+    }
+    for i in 1..N {
+        for j in (1..=i).rev() {
+            if before(&roots[j], &roots[j - 1]) {
+                roots.swap(j, j - 1);
+            }
+        }
+    }
+    let mut i = 0;
+    while i + 1 < N {
+        if roots[i].im == T::zero() {
+            i += 1;
+        } else {
+            roots[i + 1] = roots[i].conj();
+            i += 2;
+        }
+    }
+    roots
+}
+
+/// Slowest first; of a pair, the root with the positive imaginary part first.
+fn before<T: Real>(a: &Complex<T>, b: &Complex<T>) -> bool {
+    let tolerance = T::default_epsilon().sqrt() * size(*a);
+    if (a.re - b.re).abs() > tolerance {
+        return a.re > b.re;
+    }
+    let (ai, bi) = (a.im.abs(), b.im.abs());
+    if (ai - bi).abs() > tolerance { ai < bi } else { a.im > b.im }
+}
+
+fn real<T: Real>(re: T) -> Complex<T> {
+    Complex::new(re, T::zero())
+}
+
+fn size<T: Real>(z: Complex<T>) -> T {
+    ComplexField::modulus(z)
+}

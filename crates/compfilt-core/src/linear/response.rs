@@ -1,0 +1,105 @@
+//! Frequency response of the low branch and of the high branch.
+
+use super::placement::solve;
+use super::{Discretise, Recurrence, Split, State};
+use crate::Real;
+use nalgebra::Complex;
+
+/// The two branches at one frequency. Their sum is 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrequencyResponse<T> {
+    /// From the measurement to level 0.
+    pub low: Complex<T>,
+    /// From the integrated input to level 0.
+    pub high: Complex<T>,
+}
+
+/// The continuous pair at `omega` in rad/s: the terms of `B(jω)` below the split, and the others, over `B(jω)`.
+pub fn continuous_response<T: Real, const N: usize>(
+    design: &Split<T, N>,
+    omega: T,
+) -> FrequencyResponse<T> {
+    let s = Complex::new(T::zero(), omega);
+    let mut power = real(T::one());
+    let mut low = real(T::zero());
+    let mut high = real(T::zero());
+    // Degree 0 has the coefficient k_N, degree N - 1 has k_1, degree N has 1.
+    for (degree, k) in design.coefficients().iter().rev().enumerate() {
+        let term = power * *k;
+        if degree < design.split() {
+            low += term;
+        } else {
+            high += term;
+        }
+        power *= s;
+    }
+    high += power;
+    let sum = low + high;
+    FrequencyResponse { low: low / sum, high: high / sum }
+}
+
+/// The discrete pair at `omega` in rad/s with `gains`: the high branch is the response to the input integrated by the
+/// filter's own prediction, without any correction, so that both sum to 1 for every rule.
+pub fn discrete_response<T: Real, D: Discretise<T, N>, const N: usize>(
+    gains: &D::Gains,
+    omega: T,
+) -> FrequencyResponse<T> {
+    let phase = omega * gains.dt();
+    let half_sine = (phase * T::literal(0.5)).sin();
+    // w = z - 1 without cancellation.
+    let w = Complex::new(T::literal(-2.0) * half_sine * half_sine, phase.sin());
+    branches::<T, D, N>(gains, w)
+        .unwrap_or(FrequencyResponse { low: real(T::one()), high: real(T::zero()) })
+}
+
+/// `None` where the open loop has no response: at zero frequency.
+fn branches<T: Real, D: Discretise<T, N>, const N: usize>(
+    gains: &D::Gains,
+    w: Complex<T>,
+) -> Option<FrequencyResponse<T>> {
+    let z = w + real(T::one());
+    let open = open_loop::<T, D, N>(gains, w);
+    let mut predicted_correction = State { levels: *gains.correction() };
+    gains.predict(&mut predicted_correction, T::zero());
+    let mut input = State { levels: [T::zero(); N] };
+    gains.predict(&mut input, T::one());
+
+    // Low: (z I - Φ) v = Φ L, low = (v_0 + L_0)/(1 + v_0).
+    let first_gain = *gains.correction().first()?;
+    let v = *solve(open, predicted_correction.levels.map(real))?.first()?;
+    let low = (v + real(first_gain)) / (v + real(T::one()));
+
+    // High: the closed loop's answer to the input over the open loop's.
+    let mut closed = open;
+    for (row, l) in closed.iter_mut().zip(&predicted_correction.levels) {
+        *row.first_mut()? += real(*l);
+    }
+    let driven = input.levels.map(|level| z * level);
+    let answer = *solve(closed, driven)?.first()? * (T::one() - first_gain);
+    let integrated = *solve(open, driven)?.first()?;
+    let high = answer / integrated;
+    (finite(low) && finite(high)).then_some(FrequencyResponse { low, high })
+}
+
+/// `z I - Φ`.
+fn open_loop<T: Real, D: Discretise<T, N>, const N: usize>(
+    gains: &D::Gains,
+    w: Complex<T>,
+) -> [[Complex<T>; N]; N] {
+    let transition = D::transition(gains);
+    let mut matrix = [[real(T::zero()); N]; N];
+    for (i, (target, row)) in matrix.iter_mut().zip(&transition.levels).enumerate() {
+        for (j, (entry, value)) in target.iter_mut().zip(row.iter()).enumerate() {
+            *entry = if i == j { w - real(*value - T::one()) } else { real(-*value) };
+        }
+    }
+    matrix
+}
+
+fn real<T: Real>(re: T) -> Complex<T> {
+    Complex::new(re, T::zero())
+}
+
+fn finite<T: Real>(z: Complex<T>) -> bool {
+    z.re.is_finite() && z.im.is_finite()
+}

@@ -1,0 +1,152 @@
+//! The same poles shared out otherwise: low-pass and high-pass of one polynomial, cut at any degree.
+
+use super::discrete::backward_euler_characteristic;
+use super::poles::poles;
+use super::{Chain, Discretise, Recurrence, State};
+use crate::{Dt, Element, Error, Real, Rule};
+use nalgebra::Complex;
+
+/// The complementary pair of the polynomial `B(s) = Σ a_i s^i` (`a_N = 1`) that gives the low-pass the terms of degree
+/// below `split` and the high-pass the others.
+///
+/// `split = N` is the [`Chain`]; `split = 1` is the steepest low-pass, `a_0/B`, without a zero. It is realised so that
+/// every state but level 0 rests at zero on consistent input:
+///
+/// ```text
+/// ẋ_0 = x_1 + u + [split = N] a_{N-1} e
+/// ẋ_i = x_{i+1} - [N-i ≥ split] a_{N-i} x_1 + [N-1-i < split] a_{N-1-i} e,   i ≥ 1
+/// ```
+///
+/// A constant bias of the input leaves no error exactly when `split ≥ 2`. Backward Euler only.
+///
+/// ```
+/// use compfilt_core::{Butterworth, Discretise, Recurrence, State};
+/// let gains = Butterworth::<f32, 2>::new(0.5)?.split(1)?.at(0.01)?;
+/// let mut state = State::at_rest::<f32>(0.3);
+/// assert_eq!(gains.step(&mut state, 0.3, 0.0), 0.3); // consistent input is reproduced
+/// # Ok::<(), compfilt_core::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Split<T, const N: usize> {
+    coefficients: [T; N],
+    split: usize,
+}
+
+impl<T: Real, const N: usize> Split<T, N> {
+    pub(crate) fn new(chain: &Chain<T, N, 1>, split: usize) -> Result<Self, Error> {
+        if (1..=N).contains(&split) {
+            Ok(Self { coefficients: *chain.coefficients(), split })
+        } else {
+            Err(Error::new("split", Rule::AtMostOrder))
+        }
+    }
+
+    /// `k_1 … k_N`, where `k_i = a_{N-i}`.
+    pub fn coefficients(&self) -> &[T; N] {
+        &self.coefficients
+    }
+
+    /// The number of terms in the low-pass.
+    pub fn split(&self) -> usize {
+        self.split
+    }
+
+    /// The roots of `B(s)` in rad/s.
+    pub fn poles(&self) -> [Complex<T>; N] {
+        poles(&self.coefficients)
+    }
+}
+
+impl<T: Real, const N: usize> Discretise<T, N> for Split<T, N> {
+    type Gains = SplitGains<T, N>;
+
+    const LONG_STEPS: bool = true;
+
+    fn gains(&self, dt: Dt<T>) -> Self::Gains {
+        let dt = dt.seconds();
+        let mut gains = SplitGains {
+            dt,
+            half_dt: dt * T::literal(0.5),
+            feedback: [T::zero(); N],
+            damping: T::one(),
+            correction: [T::zero(); N],
+        };
+        // q_i = [1 ≤ i ≤ N - split] dt k_i + dt q_{i+1}
+        let mut above = T::zero();
+        for i in (1..N).rev() {
+            let own = if i <= N - self.split { self.coefficients[i - 1] } else { T::zero() };
+            above = dt * (own + above);
+            gains.feedback[i] = above;
+        }
+        gains.damping = T::one() / (T::one() + above);
+        // g = (I - dt F)^{-1} dt κ by the prediction itself, then L = g / (1 + g_0).
+        let mut g = State { levels: [T::zero(); N] };
+        for i in N - self.split..N {
+            g.levels[i] = dt * self.coefficients[i];
+        }
+        gains.predict(&mut g, T::zero());
+        let scale = T::one() / (T::one() + g.levels[0]);
+        gains.correction = g.levels.map(|g| g * scale);
+        gains
+    }
+
+    fn characteristic(&self, tau: T) -> [T; N] {
+        backward_euler_characteristic(&self.coefficients, tau)
+    }
+}
+
+/// The gains of a [`Split`] at one sample period.
+///
+/// The prediction solves `(I - dt F) x⁻ = x + dt B u`, where the feedback from level 1 makes
+/// `x⁻_i = p_i - q_i x⁻_1`: `p` is the plain chain's, `q` depends on the gains only.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SplitGains<T, const N: usize> {
+    dt: T,
+    half_dt: T,
+    /// `q`.
+    feedback: [T; N],
+    /// `1/(1 + q_1)`.
+    damping: T,
+    /// `L`.
+    correction: [T; N],
+}
+
+impl<T: Real, const N: usize> Recurrence<T, N> for SplitGains<T, N> {
+    #[inline(always)]
+    fn predict<E: Element<T>>(&self, state: &mut State<E, N>, u: E) {
+        let Some((level0, others)) = state.levels.split_first_mut() else { return };
+        let mut above: Option<E> = None;
+        for p in others.iter_mut().rev() {
+            if let Some(above) = above {
+                *p = *p + above * self.dt;
+            }
+            above = Some(*p);
+        }
+        let rate = if let Some((first, higher)) = others.split_first_mut() {
+            *first = *first * self.damping;
+            for (p, q) in higher.iter_mut().zip(self.feedback.iter().skip(2)) {
+                *p = *p - *first * *q;
+            }
+            *first + u
+        } else {
+            u
+        };
+        *level0 = *level0 + rate * self.dt;
+    }
+
+    #[inline(always)]
+    fn predict_ramp<E: Element<T>>(&self, state: &mut State<E, N>, from: E, to: E) {
+        self.predict(state, from);
+        if let Some(level0) = state.levels.first_mut() {
+            *level0 = *level0 + (to - from) * self.half_dt;
+        }
+    }
+
+    fn correction(&self) -> &[T; N] {
+        &self.correction
+    }
+
+    fn dt(&self) -> T {
+        self.dt
+    }
+}

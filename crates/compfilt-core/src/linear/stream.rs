@@ -1,0 +1,432 @@
+//! Samples as they come: missing, held, wrapped, late, at any time step.
+
+use super::chain::correct_with;
+use super::discrete::identity;
+use super::placement::place;
+use super::{Discretise, Hindsight, Recurrence, State};
+use crate::error::positive;
+use crate::{Dt, Error, Real, Rule};
+use core::ops::{BitOr, BitOrAssign};
+use nalgebra::SVector;
+
+/// What happened to a sample; a set of bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Flags(u8);
+
+impl Flags {
+    /// The measurement was missing: the sample is predicted only.
+    pub const MEASUREMENT_MISSING: Self = Self(1);
+    /// The derivative was missing: the last one was held.
+    pub const DERIVATIVE_HELD: Self = Self(2);
+    /// The derivative has been missing for longer than it is held: it counted as zero.
+    pub const DERIVATIVE_MISSING: Self = Self(4);
+    /// No measurement has come yet: the output is NaN.
+    pub const NOT_STARTED: Self = Self(8);
+    /// The state had overflowed and was started anew from the measurement.
+    pub const RESTARTED: Self = Self(16);
+
+    /// The set as bits.
+    pub fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// Whether all of `others` are set.
+    pub fn contains(self, others: Self) -> bool {
+        self.0 & others.0 == others.0
+    }
+}
+
+impl BitOr for Flags {
+    type Output = Self;
+
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+
+impl BitOrAssign for Flags {
+    fn bitor_assign(&mut self, other: Self) {
+        *self = *self | other;
+    }
+}
+
+/// How the input is taken within a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Input {
+    /// Constant: the sample is the mean over the step that it ends.
+    #[default]
+    Sample,
+    /// On a straight line from the sample before: for instantaneous samples.
+    Trapezoid,
+}
+
+/// The way a filter meets its samples: a design with what is to happen when they are missing, wrap or pause.
+///
+/// A sample that is NaN or infinite is missing. A missing measurement makes a predicted sample, and the next
+/// correction uses the gains for the whole time since the last one. A missing derivative is held for a stated time, then
+/// counts as zero.
+///
+/// ```
+/// use compfilt_core::linear::{Flags, Stream, StreamState};
+/// use compfilt_core::{Discretise, PiForm};
+/// let stream = Stream::new(PiForm::new(2.0_f64, 1.0)?.chain());
+/// let gains = stream.design().at(0.01)?;
+/// let mut state = StreamState::new();
+/// assert!(stream.update(&gains, &mut state, f64::NAN, 0.1, &mut ()).contains(Flags::NOT_STARTED));
+/// stream.update(&gains, &mut state, 0.5, 0.1, &mut ());
+/// let flags = stream.update(&gains, &mut state, f64::NAN, 0.1, &mut ());
+/// assert_eq!(flags, Flags::MEASUREMENT_MISSING);
+/// assert!((state.level0() - 0.5).abs() < 0.01);
+/// # Ok::<(), compfilt_core::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stream<T, D> {
+    design: D,
+    input: Input,
+    /// Zero: level 0 does not wrap.
+    period: T,
+    hold: T,
+    gap_cap: T,
+}
+
+impl<T: Real, D: Copy> Stream<T, D> {
+    /// The design with constant input, no wrapping, derivatives held for 0.1 s.
+    pub fn new(design: D) -> Self {
+        Self {
+            design,
+            input: Input::Sample,
+            period: T::zero(),
+            hold: T::literal(0.1),
+            gap_cap: T::max_value().unwrap_or(T::one()),
+        }
+    }
+
+    /// The input within a step.
+    #[must_use]
+    pub fn input(self, input: Input) -> Self {
+        Self { input, ..self }
+    }
+
+    /// Wraps the innovation into half a period to both sides: 2π for an angle in radians. Level 0 itself runs on.
+    ///
+    /// # Errors
+    /// `period` is not positive and finite.
+    pub fn period(self, period: T) -> Result<Self, Error> {
+        Ok(Self { period: positive("period", period)?, ..self })
+    }
+
+    /// How long in seconds a missing derivative is held at its last value.
+    ///
+    /// # Errors
+    /// `hold` is not finite or negative.
+    pub fn hold(self, hold: T) -> Result<Self, Error> {
+        if hold.is_finite() && hold >= T::zero() {
+            Ok(Self { hold, ..self })
+        } else {
+            Err(Error::new("hold", Rule::NotNegative))
+        }
+    }
+
+    /// The most time in seconds for which the one measurement after a gap counts; without a cap it counts for the
+    /// whole gap.
+    ///
+    /// # Errors
+    /// `gap_cap` is not positive and finite.
+    pub fn gap_cap(self, gap_cap: T) -> Result<Self, Error> {
+        Ok(Self { gap_cap: positive("gap_cap", gap_cap)?, ..self })
+    }
+
+    /// The design.
+    pub fn design(&self) -> &D {
+        &self.design
+    }
+
+    /// One sample with the `gains` of its time step: predicts with `u`, corrects by `y`.
+    #[inline]
+    pub fn update<const N: usize, H: Hindsight<T>>(
+        &self,
+        gains: &D::Gains,
+        state: &mut StreamState<T, N>,
+        y: T,
+        u: T,
+        history: &mut H,
+    ) -> Flags
+    where
+        D: Discretise<T, N>,
+    {
+        if !state.started {
+            if !y.is_finite() {
+                state.input.take(u, gains.dt(), self.hold);
+                return Flags::NOT_STARTED | Flags::MEASUREMENT_MISSING;
+            }
+            state.start(y);
+        }
+        let mut flags = self.predict(gains, state, u, history);
+        if y.is_finite() {
+            flags |= self.correct(gains, state, y, history);
+        } else {
+            flags |= Flags::MEASUREMENT_MISSING;
+        }
+        flags
+    }
+
+    /// Moves the state on by the time step of `gains` with the derivative `u`.
+    #[inline]
+    pub fn predict<const N: usize, H: Hindsight<T>>(
+        &self,
+        gains: &D::Gains,
+        state: &mut StreamState<T, N>,
+        u: T,
+        history: &mut H,
+    ) -> Flags
+    where
+        D: Discretise<T, N>,
+    {
+        let before = state.input.value;
+        let (u, flags) = state.input.take(u, gains.dt(), self.hold);
+        if !state.started {
+            return flags | Flags::NOT_STARTED;
+        }
+        let from = before.finite_or(u);
+        if D::LONG_STEPS {
+            self.lengthen_step(gains, state, from, u);
+        } else {
+            self.move_on(gains, &mut state.levels, from, u);
+            state.elapsed.add(&self.design, gains);
+        }
+        history.remember(state.levels.levels[0], gains.dt());
+        flags
+    }
+
+    /// Corrects by the measurement `y` with the gains for the time since the last correction; `gains` are those of the
+    /// last prediction. The first measurement starts the filter.
+    #[inline]
+    pub fn correct<const N: usize, H: Hindsight<T>>(
+        &self,
+        gains: &D::Gains,
+        state: &mut StreamState<T, N>,
+        y: T,
+        history: &mut H,
+    ) -> Flags
+    where
+        D: Discretise<T, N>,
+    {
+        if !y.is_finite() {
+            return Flags::MEASUREMENT_MISSING;
+        }
+        if !state.started {
+            state.start(y);
+            return Flags::default();
+        }
+        let innovation = self.wrap(y - history.recall(state.levels.levels[0]));
+        let correction = state.elapsed.correction(&self.design, gains, self.gap_cap);
+        correct_with(&correction, &mut state.levels, innovation);
+        state.elapsed = Elapsed::None;
+        let restart = !state.levels.levels[0].is_finite();
+        if restart {
+            state.start(y);
+        }
+        history.amend(state.levels.levels[0]);
+        if restart { Flags::RESTARTED } else { Flags::default() }
+    }
+
+    /// One prediction with the input going from `from` to `to`, as the stream takes its input.
+    #[inline]
+    fn move_on<const N: usize>(&self, gains: &D::Gains, levels: &mut State<T, N>, from: T, to: T)
+    where
+        D: Discretise<T, N>,
+    {
+        match self.input {
+            Input::Sample => gains.predict(levels, to),
+            Input::Trapezoid => gains.predict_ramp(levels, from, to),
+        }
+    }
+
+    /// Predicts from where the last correction left the levels, in one step of the whole time since.
+    fn lengthen_step<const N: usize>(
+        &self,
+        gains: &D::Gains,
+        state: &mut StreamState<T, N>,
+        from: T,
+        to: T,
+    ) where
+        D: Discretise<T, N>,
+    {
+        let mut added = State::at_rest::<T>(T::zero());
+        self.move_on(gains, &mut added, from, to);
+        let (time, start, integral) = match state.elapsed {
+            Elapsed::LongStep { time, start, integral } => {
+                (time + gains.dt(), start, integral + added.levels[0])
+            }
+            _ => (gains.dt(), state.levels, added.levels[0]),
+        };
+        if let (Elapsed::LongStep { .. }, Ok(dt)) = (state.elapsed, Dt::new(time)) {
+            state.levels = start;
+            self.design.gains(dt).predict(&mut state.levels, T::zero());
+            state.levels.levels[0] += integral;
+        } else {
+            self.move_on(gains, &mut state.levels, from, to);
+        }
+        state.elapsed = Elapsed::LongStep { time, start, integral };
+    }
+
+    fn wrap(&self, innovation: T) -> T {
+        if self.period == T::zero() {
+            return innovation;
+        }
+        innovation - self.period * (innovation / self.period + T::literal(0.5)).floor()
+    }
+}
+
+/// What changes from sample to sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StreamState<T: Real, const N: usize> {
+    /// The filter's levels.
+    pub levels: State<T, N>,
+    /// Whether the levels are known: from an initial state or from the first measurement.
+    pub started: bool,
+    /// The last derivative.
+    pub input: Held<T>,
+    /// The time since the last correction.
+    pub elapsed: Elapsed<T, N>,
+}
+
+impl<T: Real, const N: usize> StreamState<T, N> {
+    /// Waits for the first measurement.
+    pub fn new() -> Self {
+        Self {
+            levels: State { levels: [T::NAN; N] },
+            started: false,
+            input: Held::new(),
+            elapsed: Elapsed::None,
+        }
+    }
+
+    /// Starts from known levels.
+    pub fn from_levels(levels: [T; N]) -> Self {
+        Self { levels: State { levels }, started: true, ..Self::new() }
+    }
+
+    /// Level 0; NaN before the first measurement.
+    pub fn level0(&self) -> T {
+        self.levels.levels[0]
+    }
+
+    /// Level 0 at `level0`, the others at zero.
+    fn start(&mut self, level0: T) {
+        self.levels = State::at_rest::<T>(level0);
+        self.started = true;
+        self.elapsed = Elapsed::None;
+    }
+}
+
+impl<T: Real, const N: usize> Default for StreamState<T, N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The last value of a signal and its age.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Held<T> {
+    /// The last value, NaN before the first; zero once it is older than it may be held.
+    pub value: T,
+    /// Seconds since it came.
+    pub age: T,
+}
+
+impl<T: Real> Held<T> {
+    pub(crate) fn new() -> Self {
+        Self { value: T::NAN, age: T::zero() }
+    }
+
+    /// The new value if there is one, otherwise the last for as long as `hold`, then zero.
+    #[inline]
+    pub(crate) fn take(&mut self, value: T, dt: T, hold: T) -> (T, Flags) {
+        if value.is_finite() {
+            *self = Self { value, age: T::zero() };
+            return (value, Flags::default());
+        }
+        self.age += dt;
+        if self.value.is_finite() && self.age <= hold {
+            return (self.value, Flags::DERIVATIVE_HELD);
+        }
+        self.value = T::zero();
+        (self.value, Flags::DERIVATIVE_MISSING)
+    }
+}
+
+/// The time since the last correction, and what is needed to correct for all of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Elapsed<T: Real, const N: usize> {
+    /// No prediction yet.
+    None,
+    /// One prediction: its own gains apply.
+    One {
+        /// Its time step in seconds.
+        dt: T,
+    },
+    /// Several: the poles are placed on their accumulated transition.
+    Placed {
+        /// Seconds since the last correction.
+        time: T,
+        /// The transition, row by row.
+        transition: State<SVector<T, N>, N>,
+    },
+    /// Several, taken as one long step from where the last correction left the levels.
+    LongStep {
+        /// Seconds since the last correction.
+        time: T,
+        /// The levels after the last correction.
+        start: State<T, N>,
+        /// What the input has added to level 0 since.
+        integral: T,
+    },
+}
+
+impl<T: Real, const N: usize> Elapsed<T, N> {
+    /// One prediction more, by a step with `gains`.
+    #[inline]
+    fn add<D: Discretise<T, N>>(&mut self, design: &D, gains: &D::Gains) {
+        if let Self::None = self {
+            *self = Self::One { dt: gains.dt() };
+        } else {
+            self.add_more(design, gains);
+        }
+    }
+
+    /// The same prediction that moves the state moves the rows of the transition, as lanes.
+    fn add_more<D: Discretise<T, N>>(&mut self, design: &D, gains: &D::Gains) {
+        let (before, mut transition) = match *self {
+            Self::Placed { time, transition } => (time, transition),
+            Self::One { dt } => {
+                (dt, Dt::new(dt).map_or(identity(), |dt| D::transition(&design.gains(dt))))
+            }
+            _ => (T::zero(), identity()),
+        };
+        gains.predict(&mut transition, SVector::zeros());
+        *self = Self::Placed { time: before + gains.dt(), transition };
+    }
+
+    /// Gains with the poles where one step of the whole time would have them.
+    fn correction<D: Discretise<T, N>>(&self, design: &D, gains: &D::Gains, cap: T) -> [T; N] {
+        match *self {
+            Self::None => [T::zero(); N],
+            Self::One { .. } => *gains.correction(),
+            Self::LongStep { time, .. } if time == gains.dt() => *gains.correction(),
+            Self::LongStep { time, .. } => {
+                Dt::new(time.min(cap)).map_or([T::zero(); N], |dt| *design.gains(dt).correction())
+            }
+            Self::Placed { time, .. } if time == T::zero() => [T::zero(); N],
+            Self::Placed { time, transition } => {
+                let d = design.characteristic(time.min(cap));
+                place(&transition, &d, time).unwrap_or_else(|| {
+                    // The gap is so long that its powers overflow: the measurement is all there is.
+                    let mut all = [T::zero(); N];
+                    all[0] = T::one();
+                    all
+                })
+            }
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! The scalar: `f32` or `f64`.
+
+use crate::Element;
+use nalgebra::RealField;
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// `f32` or `f64`. Parameters are rounded to it once; design, gains and step then run in it.
+pub trait Real: RealField + Copy + Element<Self> + sealed::Sealed {
+    /// The one NaN that this crate writes, so that missing values have the same bits everywhere.
+    const NAN: Self;
+
+    /// The nearest number of this type: for constants of the formulas.
+    fn literal(value: f64) -> Self;
+
+    /// The same number, widened.
+    fn to_f64(self) -> f64;
+
+    /// `value` if it is a number, otherwise `otherwise`.
+    #[must_use]
+    fn finite_or(self, otherwise: Self) -> Self {
+        if self.is_finite() { self } else { otherwise }
+    }
+}
+
+macro_rules! real {
+    ($T:ident) => {
+        impl Real for $T {
+            const NAN: Self = $T::NAN;
+
+            #[allow(clippy::cast_possible_truncation)] // Rounding to the type is what it is for.
+            fn literal(value: f64) -> Self {
+                value as $T
+            }
+
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+        }
+    };
+}
+
+real!(f32);
+real!(f64);
