@@ -6,6 +6,9 @@ use nalgebra::{Complex, ComplexField};
 
 /// What a measurement is compared with: the estimate now, or the one at the time that it belongs to.
 pub trait Hindsight<T> {
+    /// Keeps the estimate before the first step.
+    fn begin(&mut self, level0: T);
+
     /// Keeps the estimate that a step of `dt` led to.
     fn remember(&mut self, level0: T, dt: T);
 
@@ -18,6 +21,9 @@ pub trait Hindsight<T> {
 
 /// No delay: the measurement belongs to now.
 impl<T> Hindsight<T> for () {
+    #[inline(always)]
+    fn begin(&mut self, _: T) {}
+
     #[inline(always)]
     fn remember(&mut self, _: T, _: T) {}
 
@@ -79,6 +85,11 @@ impl<T: Real, R: AsRef<[Past<T>]> + AsMut<[Past<T>]>> History<T, R> {
         Ok(Self { ring, newest: 0, filled: 0, delay })
     }
 
+    /// The delay in seconds.
+    pub fn delay(&self) -> T {
+        self.delay
+    }
+
     /// The stored estimates, newest first.
     pub fn iter(&self) -> impl Iterator<Item = Past<T>> {
         let ring = self.ring.as_ref();
@@ -101,6 +112,12 @@ impl<T: Real, R: AsRef<[Past<T>]> + AsMut<[Past<T>]>> History<T, R> {
 }
 
 impl<T: Real, R: AsRef<[Past<T>]> + AsMut<[Past<T>]>> Hindsight<T> for History<T, R> {
+    fn begin(&mut self, level0: T) {
+        if self.filled == 0 {
+            self.remember(level0, T::zero());
+        }
+    }
+
     fn remember(&mut self, level0: T, dt: T) {
         let ring = self.ring.as_mut();
         self.newest = if self.newest + 1 < ring.len() { self.newest + 1 } else { 0 };

@@ -1,6 +1,6 @@
 //! The rate filter: a gyro's rate and an angular acceleration.
 
-use super::{Chain, Discretise, FirstOrder, Gains, Held, Recurrence, State};
+use super::{Discretise, FirstOrder, Flags, Gains, Held, Recurrence, State};
 use crate::{Dt, Element, Error, Real};
 
 /// The first-order complementary filter for a rate: the gyro passes through the high-pass, the integrated angular
@@ -139,6 +139,21 @@ impl<T: Real> RateInputs<T> {
         Self { gyro: rate, integral: rate, angular_acceleration: Held::new() }
     }
 
+    /// [`convert`](Self::convert) for samples that may be missing: NaN or infinite. A missing gyro sample changes
+    /// nothing until the next one bridges the gap; a missing angular acceleration is held for `hold` seconds, then counts
+    /// as zero. Before the first gyro sample the integral is NaN.
+    pub fn prepare(&mut self, gyro: T, angular_acceleration: T, dt: T, hold: T) -> (T, T, Flags) {
+        let (held, mut flags) = self.angular_acceleration.take(angular_acceleration, dt, hold);
+        if !gyro.is_finite() {
+            flags |= Flags::MEASUREMENT_MISSING;
+        } else if !self.gyro.is_finite() {
+            self.gyro = gyro;
+            self.integral = gyro;
+        }
+        let (integral, change) = self.convert(gyro.finite_or(self.gyro), held, dt);
+        (integral, change, flags)
+    }
+
     /// `(a_n, γ_n - γ_{n-1})`.
     #[inline]
     pub fn convert(&mut self, gyro: T, angular_acceleration: T, dt: T) -> (T, T) {
@@ -146,13 +161,5 @@ impl<T: Real> RateInputs<T> {
         self.gyro = gyro;
         self.integral += dt * angular_acceleration;
         (self.integral, change)
-    }
-}
-
-/// The chain of the drift-free alternative with an estimate of the angular acceleration's bias, or any other of first
-/// derivative order, takes the gyro as its measurement: see [`Chain`].
-impl<T: Real> From<RateFilter<T>> for Chain<T, 1, 1> {
-    fn from(filter: RateFilter<T>) -> Self {
-        filter.drift_free().chain()
     }
 }

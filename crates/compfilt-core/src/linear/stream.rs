@@ -187,6 +187,7 @@ impl<T: Real, D: Copy> Stream<T, D> {
         if !state.started {
             return flags | Flags::NOT_STARTED;
         }
+        history.begin(state.level0());
         let from = before.finite_or(u);
         if D::LONG_STEPS {
             self.lengthen_step(gains, state, from, u);
@@ -228,6 +229,16 @@ impl<T: Real, D: Copy> Stream<T, D> {
         }
         history.amend(state.levels.levels[0]);
         if restart { Flags::RESTARTED } else { Flags::default() }
+    }
+
+    /// Whether [`update`](Self::update) does nothing but a step of the recurrence, as long as both signals are there: no
+    /// wrapping, constant input, and the last sample was corrected. Loops may then call
+    /// [`Recurrence::step`](super::Recurrence::step) itself, and [`Held::renew`] with the last input.
+    pub fn is_plain<const N: usize>(&self, state: &StreamState<T, N>) -> bool {
+        self.period == T::zero()
+            && self.input == Input::Sample
+            && state.started
+            && matches!(state.elapsed, Elapsed::None)
     }
 
     /// One prediction with the input going from `from` to `to`, as the stream takes its input.
@@ -313,7 +324,7 @@ impl<T: Real, const N: usize> StreamState<T, N> {
     }
 
     /// Level 0 at `level0`, the others at zero.
-    fn start(&mut self, level0: T) {
+    pub fn start(&mut self, level0: T) {
         self.levels = State::at_rest::<T>(level0);
         self.started = true;
         self.elapsed = Elapsed::None;
@@ -340,11 +351,16 @@ impl<T: Real> Held<T> {
         Self { value: T::NAN, age: T::zero() }
     }
 
+    /// Takes a value that is there.
+    pub fn renew(&mut self, value: T) {
+        *self = Self { value, age: T::zero() };
+    }
+
     /// The new value if there is one, otherwise the last for as long as `hold`, then zero.
     #[inline]
     pub(crate) fn take(&mut self, value: T, dt: T, hold: T) -> (T, Flags) {
         if value.is_finite() {
-            *self = Self { value, age: T::zero() };
+            self.renew(value);
             return (value, Flags::default());
         }
         self.age += dt;
@@ -412,21 +428,31 @@ impl<T: Real, const N: usize> Elapsed<T, N> {
     fn correction<D: Discretise<T, N>>(&self, design: &D, gains: &D::Gains, cap: T) -> [T; N] {
         match *self {
             Self::None => [T::zero(); N],
-            Self::One { .. } => *gains.correction(),
+            Self::One { dt } if dt <= cap => *gains.correction(),
+            Self::One { dt } => placed(design, &D::transition(gains), dt, cap),
             Self::LongStep { time, .. } if time == gains.dt() => *gains.correction(),
             Self::LongStep { time, .. } => {
                 Dt::new(time.min(cap)).map_or([T::zero(); N], |dt| *design.gains(dt).correction())
             }
-            Self::Placed { time, .. } if time == T::zero() => [T::zero(); N],
-            Self::Placed { time, transition } => {
-                let d = design.characteristic(time.min(cap));
-                place(&transition, &d, time).unwrap_or_else(|| {
-                    // The gap is so long that its powers overflow: the measurement is all there is.
-                    let mut all = [T::zero(); N];
-                    all[0] = T::one();
-                    all
-                })
-            }
+            Self::Placed { time, transition } => placed(design, &transition, time, cap),
         }
     }
+}
+
+/// Gains on the transition over `time` with the poles of one step of it, or of `cap` if that is shorter.
+fn placed<T: Real, D: Discretise<T, N>, const N: usize>(
+    design: &D,
+    transition: &State<SVector<T, N>, N>,
+    time: T,
+    cap: T,
+) -> [T; N] {
+    if time == T::zero() {
+        return [T::zero(); N];
+    }
+    place(transition, &design.characteristic(time.min(cap)), time).unwrap_or_else(|| {
+        // The gap is so long that its powers overflow: the measurement is all there is.
+        let mut all = [T::zero(); N];
+        all[0] = T::one();
+        all
+    })
 }

@@ -1,0 +1,285 @@
+//! The only input checks: dtypes, shapes, times, missing values.
+
+use compfilt_core::Real;
+use numpy::ndarray::{ArrayView1, ArrayView2, ArrayViewMut2, Axis};
+use numpy::{
+    Element, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn,
+    PyReadwriteArrayDyn, PyUntypedArray, PyUntypedArrayMethods,
+};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// A scalar type that numpy and the core share.
+pub(crate) trait Scalar: Real + Element + Send + Sync {
+    /// numpy's name of the type.
+    const NAME: &'static str;
+}
+
+impl Scalar for f32 {
+    const NAME: &'static str = "float32";
+}
+
+impl Scalar for f64 {
+    const NAME: &'static str = "float64";
+}
+
+/// What a signal's numbers are to be filtered in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Precision {
+    Single,
+    Double,
+}
+
+impl Precision {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Single => f32::NAME,
+            Self::Double => f64::NAME,
+        }
+    }
+
+    /// float32 only if all signals are.
+    pub(crate) fn with(self, other: Self) -> Self {
+        if self == Self::Single { other } else { self }
+    }
+}
+
+/// A signal as a numpy array, with its name for messages.
+pub(crate) struct Signal<'py> {
+    array: Bound<'py, PyUntypedArray>,
+    name: &'static str,
+    pub(crate) precision: Precision,
+}
+
+impl<'py> Signal<'py> {
+    /// Takes an array, or what numpy can make one of. float32 stays, other real numbers become float64.
+    pub(crate) fn new(object: &Bound<'py, PyAny>, name: &'static str) -> PyResult<Self> {
+        let array = match object.cast::<PyUntypedArray>() {
+            Ok(array) => array.clone(),
+            Err(_) => asarray(object, name)?,
+        };
+        let dtype = array.dtype();
+        let precision = match (dtype.kind(), dtype.itemsize()) {
+            (b'f', 4) => Precision::Single,
+            (b'f' | b'i' | b'u', _) => Precision::Double,
+            _ => {
+                return Err(PyTypeError::new_err(format!(
+                    "{name} must hold real numbers, got dtype {dtype}: float32 and float64 are kept, \
+                     other floats and integers become float64"
+                )));
+            }
+        };
+        Ok(Self { array, name, precision })
+    }
+
+    pub(crate) fn shape(&self) -> &[usize] {
+        self.array.shape()
+    }
+
+    /// The array in the scalar type: itself where it has that type and lies aligned, otherwise a copy.
+    pub(crate) fn typed<T: Scalar>(&self) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
+        if let Ok(array) = self.array.cast::<PyArrayDyn<T>>()
+            && is_aligned(array)
+        {
+            return borrow(array, self.name);
+        }
+        let keywords = PyDict::new(self.array.py());
+        keywords.set_item("order", "K")?;
+        let converted = self.array.call_method("astype", (T::NAME,), Some(&keywords))?;
+        borrow(converted.cast::<PyArrayDyn<T>>()?, self.name)
+    }
+}
+
+impl<'py> Signal<'py> {
+    /// The same, as a copy where the array shares memory with the output.
+    pub(crate) fn typed_apart_from<T: Scalar>(
+        &self,
+        output: Option<&Bound<'py, PyArrayDyn<T>>>,
+    ) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
+        let array = self.typed::<T>()?;
+        let Some(output) = output else { return Ok(array) };
+        // The borrow checker of numpy's Rust bindings knows exactly whether the two overlap.
+        if output.try_readwrite().is_ok() {
+            return Ok(array);
+        }
+        let copy = array.call_method0("copy")?;
+        borrow(copy.cast::<PyArrayDyn<T>>()?, self.name)
+    }
+}
+
+/// Like [`asarray`] for the optional `out`: it must be the array itself, of the right type and shape.
+pub(crate) fn output<'py, T: Scalar>(
+    object: &Bound<'py, PyAny>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
+    let array = object.cast::<PyArrayDyn<T>>().map_err(|_| {
+        PyTypeError::new_err(format!("out must be a numpy array of dtype {}", T::NAME))
+    })?;
+    if array.shape() != shape {
+        return Err(PyValueError::new_err(format!(
+            "out must have the shape {shape:?} of the measurement, got {:?}",
+            array.shape()
+        )));
+    }
+    if !is_aligned(array) {
+        return Err(PyValueError::new_err("out must be aligned"));
+    }
+    Ok(array.clone())
+}
+
+/// The writable view of `out`.
+pub(crate) fn writable<'py, T: Scalar>(
+    array: &Bound<'py, PyArrayDyn<T>>,
+) -> PyResult<PyReadwriteArrayDyn<'py, T>> {
+    array
+        .try_readwrite()
+        .map_err(|_| PyValueError::new_err("out must be writable and not in use elsewhere"))
+}
+
+fn borrow<'py, T: Scalar>(
+    array: &Bound<'py, PyArrayDyn<T>>,
+    name: &str,
+) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
+    array
+        .try_readonly()
+        .map_err(|_| PyValueError::new_err(format!("{name} is being written to elsewhere")))
+}
+
+fn asarray<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, PyUntypedArray>> {
+    let array =
+        object.py().import("numpy")?.call_method1("asarray", (object,)).map_err(|error| {
+            PyTypeError::new_err(format!("{name} must be an array of numbers: {error}"))
+        })?;
+    Ok(array.cast_into::<PyUntypedArray>()?)
+}
+
+/// Whether every element lies at a multiple of its size: an array cut out of packed records may not.
+fn is_aligned<T: Scalar>(array: &Bound<'_, PyArrayDyn<T>>) -> bool {
+    let align = align_of::<T>();
+    let strides_fit = array.strides().iter().all(|stride| stride.unsigned_abs() % align == 0);
+    array.is_empty() || (array.data().addr().is_multiple_of(align) && strides_fit)
+}
+
+/// `(samples, channels)` of a signal; time is axis 0.
+pub(crate) fn samples_and_channels(signal: &Signal<'_>) -> PyResult<(usize, usize)> {
+    match *signal.shape() {
+        [samples] => Ok((samples, 1)),
+        [samples, channels] => Ok((samples, channels)),
+        ref shape => Err(PyValueError::new_err(format!(
+            "{} must have the shape (samples,) or (samples, channels), got {shape:?}",
+            signal.name
+        ))),
+    }
+}
+
+/// The shapes must agree; one that fits the other way round is called transposed.
+pub(crate) fn check_same_shape(first: &Signal<'_>, second: &Signal<'_>) -> PyResult<()> {
+    if first.shape() == second.shape() {
+        return Ok(());
+    }
+    let reversed: Vec<usize> = second.shape().iter().rev().copied().collect();
+    let hint = if first.shape() == reversed {
+        format!(": {} looks transposed, time is axis 0", second.name)
+    } else {
+        String::new()
+    };
+    Err(PyValueError::new_err(format!(
+        "{} and {} must have the same shape, got {:?} and {:?}{hint}",
+        first.name,
+        second.name,
+        first.shape(),
+        second.shape()
+    )))
+}
+
+/// A few samples of very many channels is most often a transposed array.
+pub(crate) fn check_not_transposed(signal: &Signal<'_>) -> PyResult<()> {
+    if let [samples, channels] = *signal.shape()
+        && samples <= 16
+        && channels > 16
+        && channels > 10 * samples
+    {
+        return Err(PyValueError::new_err(format!(
+            "{name} has the shape ({samples}, {channels}) and looks transposed: time is axis 0. Pass {name}.T; if it \
+             really is {samples} samples of {channels} channels, use stream(channels={channels}).process",
+            name = signal.name
+        )));
+    }
+    Ok(())
+}
+
+/// Rows of three: body axes.
+pub(crate) fn check_vectors(signal: &Signal<'_>) -> PyResult<usize> {
+    match *signal.shape() {
+        [samples, 3] => Ok(samples),
+        ref shape => {
+            let hint =
+                if let [3, _] = *shape { ": it looks transposed, time is axis 0" } else { "" };
+            Err(PyValueError::new_err(format!(
+                "{} must have the shape (samples, 3), got {shape:?}{hint}",
+                signal.name
+            )))
+        }
+    }
+}
+
+/// A signal with a column for every channel.
+pub(crate) fn columns<'a, T: Scalar>(
+    array: &'a PyReadonlyArrayDyn<'_, T>,
+) -> PyResult<ArrayView2<'a, T>> {
+    let view = array.as_array();
+    let view = if view.ndim() == 1 { view.insert_axis(Axis(1)) } else { view };
+    view.into_dimensionality()
+        .map_err(|error| PyValueError::new_err(format!("expected one or two axes: {error}")))
+}
+
+/// The same for the output.
+pub(crate) fn columns_mut<'a, T: Element>(
+    array: &'a mut PyReadwriteArrayDyn<'_, T>,
+) -> PyResult<ArrayViewMut2<'a, T>> {
+    let view = array.as_array_mut();
+    let view = if view.ndim() == 1 { view.insert_axis(Axis(1)) } else { view };
+    view.into_dimensionality()
+        .map_err(|error| PyValueError::new_err(format!("expected one or two axes: {error}")))
+}
+
+/// The first sample that is missing, as an error: for `missing="raise"`.
+pub(crate) fn check_all_finite<T: Scalar>(view: ArrayView2<'_, T>, name: &str) -> PyResult<()> {
+    match view.indexed_iter().find(|(_, value)| !value.is_finite()) {
+        None => Ok(()),
+        Some(((row, column), _)) => Err(PyValueError::new_err(format!(
+            "{name} has a missing sample (NaN or infinite) at row {row}, column {column}, and missing is \"raise\""
+        ))),
+    }
+}
+
+/// What to do when time runs backwards.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Backwards {
+    Raise,
+    Restart,
+}
+
+/// Time steps from times in seconds, differenced in float64. NaN marks a restart.
+pub(crate) fn time_steps<T: Scalar>(
+    times: ArrayView1<'_, f64>,
+    before: Option<f64>,
+    backwards: Backwards,
+) -> PyResult<Vec<T>> {
+    let mut last = before.or_else(|| times.first().copied()).unwrap_or(0.0);
+    let step = |(row, &t): (usize, &f64)| {
+        let dt = t - last;
+        if !t.is_finite() {
+            return Err(PyValueError::new_err(format!("t must be finite: row {row} is {t}")));
+        }
+        if dt < 0.0 && backwards == Backwards::Raise {
+            return Err(PyValueError::new_err(format!(
+                "t must not run backwards: row {row} is {t} s after {last} s"
+            )));
+        }
+        last = t;
+        Ok(if dt < 0.0 { T::NAN } else { T::literal(dt) })
+    };
+    times.iter().enumerate().map(step).collect()
+}

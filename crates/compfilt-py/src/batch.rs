@@ -1,0 +1,494 @@
+//! The only loops: a filter bound to its channels' states, over one sample or a block of them.
+
+use crate::arrays::Scalar;
+use crate::design::{Design, Rule, Visitor};
+use crate::memory::Memory;
+use crate::state::Numbers;
+use compfilt_core::linear::{Flags, Input, RateInputs, Stream, StreamState};
+use compfilt_core::{Discretise, Dt, Recurrence};
+use numpy::ndarray::{ArrayView2, ArrayViewMut, ArrayViewMut2, ArrayViewMut3, Axis, Slice};
+use pyo3::PyResult;
+use std::num::NonZeroUsize;
+
+/// Rows after which the next channel has its turn, so that a block of rows stays in the cache.
+const ROWS: usize = 256;
+
+/// How a filter meets its samples, in the units of the caller.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Options {
+    pub(crate) rule: Rule,
+    pub(crate) input: Input,
+    pub(crate) period: Option<f64>,
+    pub(crate) delay: f64,
+    pub(crate) hold: f64,
+    pub(crate) gap_cap: Option<f64>,
+}
+
+/// The time steps of a block.
+#[derive(Clone, Copy)]
+pub(crate) enum Steps<'a, T> {
+    /// Every sample takes the sample period.
+    Uniform,
+    /// One step a sample; NaN starts anew.
+    Each(&'a [T]),
+}
+
+/// A block of samples, one column a channel, and where the results go.
+pub(crate) struct Block<'a, T> {
+    pub(crate) measurement: ArrayView2<'a, T>,
+    pub(crate) derivative: ArrayView2<'a, T>,
+    pub(crate) steps: Steps<'a, T>,
+    pub(crate) level0: Option<ArrayViewMut2<'a, T>>,
+    /// `(order, samples, channels)`.
+    pub(crate) levels: Option<ArrayViewMut3<'a, T>>,
+    pub(crate) flags: Option<ArrayViewMut2<'a, u8>>,
+}
+
+/// A filter of any order, bound to the states of its channels.
+pub(crate) trait Runner<T: Scalar>: Send + Sync {
+    fn order(&self) -> usize;
+    fn channels(&self) -> usize;
+    fn level(&self, channel: usize, level: usize) -> T;
+    /// One sample of one channel, with the sample period or with another step.
+    fn update(&mut self, channel: usize, y: T, u: T, dt: Option<Dt<T>>) -> Flags;
+    fn predict(&mut self, channel: usize, u: T, dt: Option<Dt<T>>) -> Flags;
+    fn correct(&mut self, channel: usize, y: T) -> Flags;
+    fn block(&mut self, block: Block<'_, T>, workers: NonZeroUsize);
+    fn store(&self, channel: usize) -> Numbers;
+    /// False if the numbers are not a state of this filter.
+    fn restore(&mut self, channel: usize, numbers: &Numbers) -> bool;
+    /// Waits for the first measurement, or starts from known levels.
+    fn reset(&mut self, channel: usize, levels: Option<&[T]>);
+}
+
+/// Makes the runner of a design.
+pub(crate) fn runner<T: Scalar>(
+    design: &Design,
+    options: &Options,
+    fs: Option<f64>,
+    channels: usize,
+) -> PyResult<Box<dyn Runner<T>>> {
+    let make = Make { design, options, fs, channels };
+    design.with::<T, _>(options.rule, make)?
+}
+
+struct Make<'a> {
+    design: &'a Design,
+    options: &'a Options,
+    fs: Option<f64>,
+    channels: usize,
+}
+
+impl<T: Scalar> Visitor<T> for Make<'_> {
+    type Output = PyResult<Box<dyn Runner<T>>>;
+
+    fn visit<D, const N: usize>(self, design: D) -> Self::Output
+    where
+        D: Discretise<T, N> + Send + Sync + 'static,
+        D::Gains: Send + Sync,
+    {
+        let stream = bind(design, self.options)?;
+        let sampled = match self.fs {
+            None => None,
+            Some(fs) => Some(sampled_gains::<T, D, N>(&design, fs)?),
+        };
+        let zero = Dt::new(T::zero()).map_err(crate::errors::value_error)?;
+        let gains = sampled.unwrap_or_else(|| design.gains(zero));
+        let memory = Memory::new(self.options.delay, self.fs)?;
+        let channel = Channel {
+            state: StreamState::new(),
+            memory,
+            rate: self.design.is_rate().then(|| RateInputs::new(T::NAN)),
+        };
+        Ok(Box::new(Channelwise {
+            hold: T::literal(self.options.hold),
+            stream,
+            sampled,
+            gains,
+            channels: vec![channel; self.channels],
+        }))
+    }
+}
+
+/// The gains at the sample rate `fs`, checked.
+pub(crate) fn sampled_gains<T: Scalar, D: Discretise<T, N>, const N: usize>(
+    design: &D,
+    fs: f64,
+) -> PyResult<D::Gains> {
+    let dt = Dt::from_rate(T::literal(fs)).map_err(crate::errors::value_error)?;
+    design.at(dt.seconds()).map_err(crate::errors::value_error)
+}
+
+/// The stream of a design with the caller's options.
+pub(crate) fn bind<T: Scalar, D: Copy>(design: D, options: &Options) -> PyResult<Stream<T, D>> {
+    let mut stream = Stream::new(design)
+        .input(options.input)
+        .hold(T::literal(options.hold))
+        .map_err(crate::errors::value_error)?;
+    if let Some(period) = options.period {
+        stream = stream.period(T::literal(period)).map_err(crate::errors::value_error)?;
+    }
+    if let Some(cap) = options.gap_cap {
+        stream = stream.gap_cap(T::literal(cap)).map_err(crate::errors::value_error)?;
+    }
+    Ok(stream)
+}
+
+/// What a channel carries from sample to sample.
+#[derive(Clone)]
+struct Channel<T: Scalar, const N: usize> {
+    state: StreamState<T, N>,
+    memory: Memory<T>,
+    /// The rate filter's two inputs are prepared first.
+    rate: Option<RateInputs<T>>,
+}
+
+struct Channelwise<T: Scalar, D: Discretise<T, N>, const N: usize> {
+    stream: Stream<T, D>,
+    hold: T,
+    /// The gains at the sample rate, if there is one.
+    sampled: Option<D::Gains>,
+    /// The gains of the last time step, whatever it was.
+    gains: D::Gains,
+    channels: Vec<Channel<T, N>>,
+}
+
+impl<T: Scalar, const N: usize> Channel<T, N> {
+    #[inline]
+    fn update<D: Discretise<T, N>>(
+        &mut self,
+        stream: &Stream<T, D>,
+        gains: &D::Gains,
+        hold: T,
+        y: T,
+        u: T,
+    ) -> Flags {
+        let (y, u, mut flags) = match &mut self.rate {
+            None => (y, u, Flags::default()),
+            Some(inputs) => {
+                let prepared = inputs.prepare(y, u, gains.dt(), hold);
+                if !self.state.started && y.is_finite() {
+                    self.state.start(y);
+                }
+                prepared
+            }
+        };
+        self.memory.make_room();
+        flags = flags | stream.update(gains, &mut self.state, y, u, &mut self.memory);
+        flags
+    }
+
+    /// Whether a sample is one step of the recurrence and nothing else, as long as both signals are there.
+    fn is_plain<D: Copy>(&self, stream: &Stream<T, D>) -> bool {
+        matches!(self.memory, Memory::Nothing)
+            && self.rate.is_none()
+            && stream.is_plain(&self.state)
+    }
+
+    fn reset(&mut self) {
+        self.state = StreamState::new();
+        self.memory.clear();
+        if let Some(inputs) = &mut self.rate {
+            *inputs = RateInputs::new(T::NAN);
+        }
+    }
+}
+
+/// Changes the gains when the time step does.
+#[inline]
+fn follow<T: Scalar, D: Discretise<T, N>, const N: usize>(
+    stream: &Stream<T, D>,
+    gains: &mut D::Gains,
+    dt: T,
+) {
+    if gains.dt() != dt
+        && let Ok(dt) = Dt::new(dt)
+    {
+        *gains = stream.design().gains(dt);
+    }
+}
+
+/// The block's columns in shares of as many channels.
+fn split_columns<T: Scalar>(
+    block: Block<'_, T>,
+    share: usize,
+) -> impl Iterator<Item = Block<'_, T>> {
+    let columns = Axis(1);
+    let mut level0 = parts(block.level0, columns, share);
+    let mut flags = parts(block.flags, columns, share);
+    let mut levels = parts(block.levels, Axis(2), share);
+    let steps = block.steps;
+    let measurement = parts_of_view(block.measurement, share);
+    let derivative = parts_of_view(block.derivative, share);
+    measurement.into_iter().zip(derivative).map(move |(measurement, derivative)| Block {
+        measurement,
+        derivative,
+        steps,
+        level0: level0.next(),
+        levels: levels.next(),
+        flags: flags.next(),
+    })
+}
+
+fn parts_of_view<T>(view: ArrayView2<'_, T>, share: usize) -> Vec<ArrayView2<'_, T>> {
+    let mut rest = view;
+    let mut parts = Vec::new();
+    while rest.ncols() > share {
+        let (left, right) = rest.split_at(Axis(1), share);
+        parts.push(left);
+        rest = right;
+    }
+    parts.push(rest);
+    parts
+}
+
+fn parts<T, D: numpy::ndarray::Dimension>(
+    view: Option<ArrayViewMut<'_, T, D>>,
+    axis: Axis,
+    share: usize,
+) -> std::vec::IntoIter<ArrayViewMut<'_, T, D>> {
+    let mut parts = Vec::new();
+    if let Some(mut rest) = view {
+        while rest.len_of(axis) > share {
+            let (left, right) = rest.split_at(axis, share);
+            parts.push(left);
+            rest = right;
+        }
+        parts.push(rest);
+    }
+    parts.into_iter()
+}
+
+impl<T: Scalar, D: Discretise<T, N>, const N: usize> Channelwise<T, D, N> {
+    fn gains_for(&mut self, dt: Option<Dt<T>>) -> D::Gains {
+        match (dt, self.sampled) {
+            (Some(dt), _) => follow(&self.stream, &mut self.gains, dt.seconds()),
+            (None, Some(gains)) => self.gains = gains,
+            (None, None) => {}
+        }
+        self.gains
+    }
+}
+
+/// Some rows of a channel, at any stride.
+fn rows_of<T>(
+    view: ArrayView2<'_, T>,
+    channel: usize,
+    rows: std::ops::Range<usize>,
+) -> impl Iterator<Item = &T> {
+    view.index_axis_move(Axis(1), channel).slice_axis_move(Axis(0), Slice::from(rows)).into_iter()
+}
+
+/// Where in a block a channel's turn begins and ends.
+#[derive(Clone, Copy)]
+struct Rows {
+    channel: usize,
+    start: usize,
+    end: usize,
+}
+
+/// The common case: both signals are there in all rows, so that every sample is one step and nothing else.
+/// False, with nothing done, if a sample is missing.
+fn run_plain<T: Scalar, G: Recurrence<T, N>, const N: usize>(
+    gains: &G,
+    channel: &mut Channel<T, N>,
+    block: &mut Block<'_, T>,
+    rows: Rows,
+) -> bool {
+    let Rows { channel: c, start, end } = rows;
+    let all_finite = {
+        let (y, u) =
+            (rows_of(block.measurement, c, start..end), rows_of(block.derivative, c, start..end));
+        // No early exit: the loop over a contiguous channel becomes vector code.
+        y.zip(u).fold(true, |all, (y, u)| all & y.is_finite() & u.is_finite())
+    };
+    if !all_finite {
+        return false;
+    }
+    let mut state = channel.state.levels;
+    let slices = (block.measurement.column(c), block.derivative.column(c));
+    let out = block.level0.as_mut().map(|out| out.column_mut(c));
+    match (slices.0.as_slice(), slices.1.as_slice(), out, &mut block.levels) {
+        (Some(y), Some(u), Some(mut out), None) if out.as_slice_mut().is_some() => {
+            let out = out.as_slice_mut().unwrap_or_default();
+            let samples = y[start..end].iter().zip(&u[start..end]);
+            for (out, (y, u)) in out[start..end].iter_mut().zip(samples) {
+                *out = gains.step(&mut state, *y, *u);
+            }
+        }
+        (_, _, mut out, levels) => {
+            let y = rows_of(block.measurement, c, start..end);
+            let u = rows_of(block.derivative, c, start..end);
+            for (row, (y, u)) in (start..end).zip(y.zip(u)) {
+                let level0 = gains.step(&mut state, *y, *u);
+                if let Some(out) = &mut out {
+                    out[row] = level0;
+                }
+                if let Some(out) = levels.as_mut() {
+                    for (level, x) in state.levels.iter().enumerate() {
+                        out[(level, row, c)] = *x;
+                    }
+                }
+            }
+        }
+    }
+    channel.state.levels = state;
+    channel.state.input.renew(block.derivative[(end - 1, c)]);
+    true
+}
+
+/// Runs some channels of a block; each worker has its own.
+fn run<T: Scalar, D: Discretise<T, N>, const N: usize>(
+    stream: &Stream<T, D>,
+    hold: T,
+    mut gains: D::Gains,
+    channels: &mut [Channel<T, N>],
+    mut block: Block<'_, T>,
+) -> D::Gains {
+    let rows = block.measurement.nrows();
+    let is_uniform = matches!(block.steps, Steps::Uniform);
+    let mut start = 0;
+    while start < rows {
+        let end = rows.min(start + ROWS);
+        let begin_gains = gains;
+        for (c, channel) in channels.iter_mut().enumerate() {
+            gains = begin_gains;
+            let rows = Rows { channel: c, start, end };
+            if is_uniform
+                && channel.is_plain(stream)
+                && run_plain(&gains, channel, &mut block, rows)
+            {
+                continue;
+            }
+            let mut y = rows_of(block.measurement, c, start..end);
+            let mut u = rows_of(block.derivative, c, start..end);
+            for row in start..end {
+                let (Some(y), Some(u)) = (y.next(), u.next()) else { break };
+                if let Steps::Each(steps) = block.steps {
+                    let dt = steps[row];
+                    if dt.is_finite() {
+                        follow(stream, &mut gains, dt);
+                    } else {
+                        channel.reset();
+                        follow(stream, &mut gains, T::zero());
+                    }
+                }
+                let flags = channel.update(stream, &gains, hold, *y, *u);
+                if let Some(out) = &mut block.level0 {
+                    out[(row, c)] = channel.state.level0();
+                }
+                if let Some(out) = &mut block.levels {
+                    for (level, x) in channel.state.levels.levels.iter().enumerate() {
+                        out[(level, row, c)] = *x;
+                    }
+                }
+                if let Some(out) = &mut block.flags {
+                    out[(row, c)] = flags.bits();
+                }
+            }
+        }
+        start = end;
+    }
+    gains
+}
+
+impl<T, D, const N: usize> Runner<T> for Channelwise<T, D, N>
+where
+    T: Scalar,
+    D: Discretise<T, N> + Send + Sync,
+    D::Gains: Send + Sync,
+{
+    fn order(&self) -> usize {
+        N
+    }
+
+    fn channels(&self) -> usize {
+        self.channels.len()
+    }
+
+    fn level(&self, channel: usize, level: usize) -> T {
+        self.channels[channel].state.levels.levels[level]
+    }
+
+    fn update(&mut self, channel: usize, y: T, u: T, dt: Option<Dt<T>>) -> Flags {
+        let gains = self.gains_for(dt);
+        self.channels[channel].update(&self.stream, &gains, self.hold, y, u)
+    }
+
+    fn predict(&mut self, channel: usize, u: T, dt: Option<Dt<T>>) -> Flags {
+        let gains = self.gains_for(dt);
+        let channel = &mut self.channels[channel];
+        channel.memory.make_room();
+        self.stream.predict(&gains, &mut channel.state, u, &mut channel.memory)
+    }
+
+    fn correct(&mut self, channel: usize, y: T) -> Flags {
+        let channel = &mut self.channels[channel];
+        self.stream.correct(&self.gains, &mut channel.state, y, &mut channel.memory)
+    }
+
+    fn block(&mut self, block: Block<'_, T>, workers: NonZeroUsize) {
+        if let Some(gains) = self.sampled
+            && matches!(block.steps, Steps::Uniform)
+        {
+            self.gains = gains;
+        }
+        let (stream, hold, gains) = (&self.stream, self.hold, self.gains);
+        let share = self.channels.len().div_ceil(workers.get()).max(1);
+        if share >= self.channels.len() {
+            self.gains = run(stream, hold, gains, &mut self.channels, block);
+            return;
+        }
+        let shares = self.channels.chunks_mut(share).zip(split_columns(block, share));
+        self.gains = std::thread::scope(|scope| {
+            let threads: Vec<_> = shares
+                .map(|(channels, block)| {
+                    scope.spawn(move || run(stream, hold, gains, channels, block))
+                })
+                .collect();
+            threads.into_iter().filter_map(|thread| thread.join().ok()).next().unwrap_or(gains)
+        });
+    }
+
+    fn store(&self, channel: usize) -> Numbers {
+        let channel = &self.channels[channel];
+        let mut numbers = Numbers::new();
+        numbers.put_stream(&channel.state);
+        if let Some(inputs) = &channel.rate {
+            numbers.put_rate(inputs);
+        }
+        if let Memory::Past(history) = &channel.memory {
+            numbers.put_history(history.iter());
+        }
+        numbers
+    }
+
+    fn restore(&mut self, channel: usize, numbers: &Numbers) -> bool {
+        let channel = &mut self.channels[channel];
+        let mut numbers = numbers.reader();
+        let Some(state) = numbers.take_stream() else { return false };
+        channel.state = state;
+        if let Some(inputs) = &mut channel.rate {
+            let Some(restored) = numbers.take_rate() else { return false };
+            *inputs = restored;
+        }
+        channel.memory.clear();
+        if let Memory::Past(history) = &channel.memory {
+            let Some(past) = numbers.take_history() else { return false };
+            channel.memory = Memory::of(history.delay(), past);
+        }
+        numbers.is_empty()
+    }
+
+    fn reset(&mut self, channel: usize, levels: Option<&[T]>) {
+        let channel = &mut self.channels[channel];
+        channel.reset();
+        if let Some(levels) = levels {
+            let levels = core::array::from_fn(|i| levels.get(i).copied().unwrap_or(T::zero()));
+            channel.state = StreamState::from_levels(levels);
+            if let Some(inputs) = &mut channel.rate {
+                *inputs = RateInputs::new(levels[0]);
+            }
+        }
+    }
+}

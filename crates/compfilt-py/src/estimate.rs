@@ -1,0 +1,122 @@
+//! The result of `estimate`: all levels, flags, counts and the state after the last sample.
+
+use crate::state::State;
+use compfilt_core::linear::Flags;
+use numpy::{PyArrayDyn, PyArrayMethods};
+use pyo3::exceptions::PyAttributeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+/// All that a filter knows after a run.
+///
+/// Attributes
+/// ----------
+/// levels : ndarray, shape (order, n) or (order, n, channels)
+///     The state after every sample: the one array that is not time-first, so that ``levels[i]`` is a signal.
+/// level_names : tuple of str
+/// angle, position, velocity, rate : ndarray, shaped like the measurement
+///     Copies of the levels by name, as far as the filter has them.
+/// bias : ndarray
+///     The error of the derivative: minus the level that estimates it.
+/// flags : ndarray of uint8, shaped like the measurement
+///     A set of :class:`Flags` a sample.
+/// counts : dict
+///     How many samples carry each flag.
+/// state : State
+///     For ``initial=`` of the next call: the filter continues as if undisturbed.
+#[pyclass(frozen, module = "compfilt._core")]
+pub(crate) struct Estimate {
+    #[pyo3(get)]
+    pub(crate) levels: Py<PyAny>,
+    #[pyo3(get)]
+    pub(crate) flags: Py<PyArrayDyn<u8>>,
+    #[pyo3(get)]
+    pub(crate) state: Py<State>,
+    pub(crate) names: Vec<String>,
+    pub(crate) bias_level: Option<usize>,
+}
+
+impl Estimate {
+    fn level<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Bound<'py, PyAny>> {
+        self.levels.bind(py).get_item(index)
+    }
+
+    fn named<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let index = self.names.iter().position(|known| known == name).ok_or_else(|| {
+            PyAttributeError::new_err(format!(
+                "this filter has no {name}; its levels are {}",
+                self.names.join(", ")
+            ))
+        })?;
+        self.level(py, index)?.call_method0("copy")
+    }
+}
+
+#[pymethods]
+impl Estimate {
+    #[getter]
+    fn level_names<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, &self.names)
+    }
+
+    #[getter]
+    fn angle<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.named(py, "angle")
+    }
+
+    #[getter]
+    fn rate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.named(py, "rate")
+    }
+
+    #[getter]
+    fn position<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.named(py, "position")
+    }
+
+    #[getter]
+    fn velocity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.named(py, "velocity")
+    }
+
+    #[getter]
+    fn bias<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let index = self.bias_level.ok_or_else(|| {
+            PyAttributeError::new_err(format!(
+                "this filter does not estimate a bias; its levels are {}",
+                self.names.join(", ")
+            ))
+        })?;
+        self.level(py, index)?.neg()
+    }
+
+    #[getter]
+    fn counts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        counts(self.flags.bind(py))
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let shape = self.levels.bind(py).getattr("shape")?;
+        Ok(format!("Estimate(levels of shape {shape}: {})", self.names.join(", ")))
+    }
+}
+
+/// Every flag with its name.
+pub(crate) const FLAGS: [(&str, Flags); 5] = [
+    ("measurement_missing", Flags::MEASUREMENT_MISSING),
+    ("derivative_held", Flags::DERIVATIVE_HELD),
+    ("derivative_missing", Flags::DERIVATIVE_MISSING),
+    ("not_started", Flags::NOT_STARTED),
+    ("restarted", Flags::RESTARTED),
+];
+
+/// How many samples carry each flag.
+pub(crate) fn counts<'py>(flags: &Bound<'py, PyArrayDyn<u8>>) -> PyResult<Bound<'py, PyDict>> {
+    let view = flags.readonly();
+    let view = view.as_array();
+    let counts = PyDict::new(flags.py());
+    for (name, flag) in FLAGS {
+        counts.set_item(name, view.iter().filter(|bits| **bits & flag.bits() != 0).count())?;
+    }
+    Ok(counts)
+}

@@ -1,0 +1,266 @@
+//! A filter at work on Python's arrays: what a call of `filter`, `estimate` or a stream does.
+
+use crate::arrays::{
+    Backwards, Precision, Scalar, Signal, check_all_finite, check_same_shape, columns, columns_mut,
+    output, time_steps, writable,
+};
+use crate::batch::{Block, Options, Runner, Steps, runner};
+use crate::design::Design;
+use crate::state::State;
+use numpy::ndarray::{Axis, Ix3};
+use numpy::{IxDyn, PyArrayDyn, PyArrayMethods};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use std::num::NonZeroUsize;
+
+/// What a caller chooses beside the filter's own options.
+#[derive(Clone, Copy)]
+pub(crate) struct Handling {
+    pub(crate) raise_missing: bool,
+    pub(crate) backwards: Backwards,
+    pub(crate) workers: NonZeroUsize,
+}
+
+/// A filter bound to its channels in one scalar type.
+pub(crate) struct Session<T: Scalar> {
+    pub(crate) runner: Box<dyn Runner<T>>,
+    pub(crate) fs: Option<f64>,
+    /// The time of the last sample.
+    pub(crate) time: Option<f64>,
+}
+
+/// Which results a caller wants.
+pub(crate) struct Wanted<'a, 'py> {
+    /// `None`: no level 0. `Some(None)`: a new array. `Some(out)`: into that array.
+    pub(crate) level0: Option<Option<&'a Bound<'py, PyAny>>>,
+    pub(crate) levels: bool,
+}
+
+/// The arrays of a call.
+pub(crate) struct Results<'py> {
+    pub(crate) level0: Option<Bound<'py, PyAny>>,
+    pub(crate) levels: Option<Bound<'py, PyAny>>,
+    pub(crate) flags: Option<Bound<'py, PyArrayDyn<u8>>>,
+}
+
+/// The two signals of a call and their times.
+pub(crate) struct Input<'a, 'py> {
+    pub(crate) measurement: &'a Signal<'py>,
+    pub(crate) derivative: &'a Signal<'py>,
+    pub(crate) t: Option<&'a Bound<'py, PyAny>>,
+}
+
+impl<T: Scalar> Session<T> {
+    pub(crate) fn new(
+        design: &Design,
+        options: &Options,
+        fs: Option<f64>,
+        channels: usize,
+    ) -> PyResult<Self> {
+        Ok(Self { runner: runner(design, options, fs, channels)?, fs, time: None })
+    }
+
+    /// Filters a block and carries the states on.
+    pub(crate) fn process<'py>(
+        &mut self,
+        py: Python<'py>,
+        input: &Input<'_, 'py>,
+        handling: Handling,
+        wanted: &Wanted<'_, 'py>,
+    ) -> PyResult<Results<'py>> {
+        check_same_shape(input.measurement, input.derivative)?;
+        let shape = input.measurement.shape().to_vec();
+        let (steps, time) = self.steps(input.t, shape[0], handling.backwards)?;
+        let level0 = match wanted.level0 {
+            None => None,
+            Some(Some(out)) => Some(output::<T>(out, &shape)?),
+            Some(None) => Some(PyArrayDyn::<T>::zeros(py, IxDyn(&shape), false)),
+        };
+        let measurement = input.measurement.typed_apart_from::<T>(level0.as_ref())?;
+        let derivative = input.derivative.typed_apart_from::<T>(level0.as_ref())?;
+        if handling.raise_missing {
+            check_all_finite(columns(&measurement)?, "measurement")?;
+            check_all_finite(columns(&derivative)?, "derivative")?;
+        }
+        let mut levels_shape = vec![self.runner.order()];
+        levels_shape.extend_from_slice(&shape);
+        let levels = wanted.levels.then(|| PyArrayDyn::<T>::zeros(py, IxDyn(&levels_shape), false));
+        let flags = wanted.levels.then(|| PyArrayDyn::<u8>::zeros(py, IxDyn(&shape), false));
+        {
+            let mut level0 = level0.as_ref().map(writable).transpose()?;
+            let mut levels = levels.as_ref().map(writable).transpose()?;
+            let mut flags = flags.as_ref().map(PyArrayMethods::readwrite);
+            let block = Block {
+                measurement: columns(&measurement)?,
+                derivative: columns(&derivative)?,
+                steps: steps.as_deref().map_or(Steps::Uniform, Steps::Each),
+                level0: level0.as_mut().map(columns_mut).transpose()?,
+                levels: levels
+                    .as_mut()
+                    .map(|levels| {
+                        let view = levels.as_array_mut();
+                        let view = if view.ndim() == 2 { view.insert_axis(Axis(2)) } else { view };
+                        view.into_dimensionality::<Ix3>()
+                    })
+                    .transpose()
+                    .map_err(|error| PyValueError::new_err(error.to_string()))?,
+                flags: flags.as_mut().map(columns_mut).transpose()?,
+            };
+            let runner = &mut self.runner;
+            py.detach(|| runner.block(block, handling.workers));
+        }
+        self.time = time;
+        Ok(Results {
+            level0: level0.map(Bound::into_any),
+            levels: levels.map(Bound::into_any),
+            flags,
+        })
+    }
+
+    /// The time steps of a block and the time after it.
+    fn steps(
+        &self,
+        t: Option<&Bound<'_, PyAny>>,
+        samples: usize,
+        backwards: Backwards,
+    ) -> PyResult<(Option<Vec<T>>, Option<f64>)> {
+        match (t, self.fs) {
+            (None, Some(_)) => Ok((None, self.time)),
+            (Some(t), None) => {
+                let t = Signal::new(t, "t")?;
+                if *t.shape() != [samples] {
+                    return Err(PyValueError::new_err(format!(
+                        "t must have the shape ({samples},), one time a sample, got {:?}: time is axis 0",
+                        t.shape()
+                    )));
+                }
+                let times = t.typed::<f64>()?;
+                let times = columns(&times)?;
+                let times = times.column(0);
+                let steps = time_steps(times, self.time, backwards)?;
+                Ok((Some(steps), times.last().copied().or(self.time)))
+            }
+            _ => Err(PyValueError::new_err("give fs in Hz or t in seconds, one of them")),
+        }
+    }
+
+    pub(crate) fn state(&self) -> State {
+        State {
+            order: self.runner.order(),
+            dtype: T::NAME.to_owned(),
+            time: self.time,
+            numbers: (0..self.runner.channels()).map(|c| self.runner.store(c)).collect(),
+        }
+    }
+
+    pub(crate) fn set_state(&mut self, state: &State) -> PyResult<()> {
+        let (order, channels) = (self.runner.order(), self.runner.channels());
+        if state.order != order || state.numbers.len() != channels {
+            return Err(PyValueError::new_err(format!(
+                "the state is of order {} with {} channels, the filter of order {order} with {channels}",
+                state.order,
+                state.numbers.len()
+            )));
+        }
+        if state.dtype != T::NAME {
+            return Err(PyValueError::new_err(format!(
+                "the state is of dtype {}, the filter of dtype {}",
+                state.dtype,
+                T::NAME
+            )));
+        }
+        for (channel, numbers) in state.numbers.iter().enumerate() {
+            if !self.runner.restore(channel, numbers) {
+                return Err(PyValueError::new_err("the state belongs to another kind of filter"));
+            }
+        }
+        self.time = state.time;
+        Ok(())
+    }
+
+    /// `None`, level 0, all levels, or a state.
+    pub(crate) fn start(&mut self, initial: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let (order, channels) = (self.runner.order(), self.runner.channels());
+        let Some(initial) = initial else {
+            self.time = None;
+            (0..channels).for_each(|channel| self.runner.reset(channel, None));
+            return Ok(());
+        };
+        if let Ok(state) = initial.cast::<State>() {
+            return self.set_state(state.get());
+        }
+        let signal = Signal::new(initial, "initial")?;
+        let shape = signal.shape().to_vec();
+        let values = signal.typed::<T>()?;
+        let values: Vec<T> = values.as_array().iter().copied().collect();
+        if let Some(value) = values.iter().find(|value| !value.is_finite()) {
+            return Err(PyValueError::new_err(format!("initial must be finite, got {value}")));
+        }
+        let levels_of = |channel: usize| -> Option<Vec<T>> {
+            match *shape {
+                [] => Some(vec![values[0]]),
+                [length] if channels == 1 && length == order => Some(values.clone()),
+                [length] if length == channels => Some(vec![values[channel]]),
+                [rows, columns] if rows == order && columns == channels => {
+                    Some((0..order).map(|level| values[level * channels + channel]).collect())
+                }
+                _ => None,
+            }
+        };
+        for channel in 0..channels {
+            let levels = levels_of(channel).ok_or_else(|| {
+                PyValueError::new_err(format!(
+                    "initial must be one level 0 or one a channel ({channels}), all levels ({order}, {channels}), or a \
+                     State; got the shape {shape:?}"
+                ))
+            })?;
+            self.runner.reset(channel, Some(&levels));
+        }
+        self.time = None;
+        Ok(())
+    }
+}
+
+/// A session in the precision of the signals.
+pub(crate) enum AnySession {
+    Single(Session<f32>),
+    Double(Session<f64>),
+}
+
+/// Does the same with either precision.
+macro_rules! with_session {
+    ($any:expr, $session:ident => $body:expr) => {
+        match $any {
+            $crate::session::AnySession::Single($session) => $body,
+            $crate::session::AnySession::Double($session) => $body,
+        }
+    };
+}
+pub(crate) use with_session;
+
+impl AnySession {
+    pub(crate) fn new(
+        precision: Precision,
+        design: &Design,
+        options: &Options,
+        fs: Option<f64>,
+        channels: usize,
+    ) -> PyResult<Self> {
+        Ok(match precision {
+            Precision::Single => Self::Single(Session::new(design, options, fs, channels)?),
+            Precision::Double => Self::Double(Session::new(design, options, fs, channels)?),
+        })
+    }
+}
+
+/// `dtype=` of a stream.
+pub(crate) fn precision_of(dtype: Option<&Bound<'_, PyAny>>) -> PyResult<Precision> {
+    let Some(dtype) = dtype else { return Ok(Precision::Double) };
+    let name: String =
+        dtype.py().import("numpy")?.call_method1("dtype", (dtype,))?.getattr("name")?.extract()?;
+    match name.as_str() {
+        "float32" => Ok(Precision::Single),
+        "float64" => Ok(Precision::Double),
+        _ => Err(PyTypeError::new_err(format!("dtype must be float32 or float64, got {name}"))),
+    }
+}

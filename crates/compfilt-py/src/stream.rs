@@ -1,0 +1,376 @@
+//! A filter that carries its state from call to call.
+
+use crate::arrays::{Scalar, Signal, samples_and_channels};
+use crate::batch::Options;
+use crate::design::Design;
+use crate::estimate::Estimate;
+use crate::options::{handling, options};
+use crate::session::{AnySession, Handling, Input, Results, Session, Wanted, with_session};
+use crate::state::State;
+use compfilt_core::Dt;
+use numpy::PyArray1;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+/// A filter at work: samples or blocks go in as they come, the state stays.
+///
+/// It comes from ``design.stream(...)``. Any way of cutting a signal into blocks and single samples gives the same bits as
+/// one call of ``filter`` on the whole. A stream belongs to one thread at a time: a second one that calls it meanwhile
+/// gets a RuntimeError.
+///
+/// Examples
+/// --------
+/// >>> import compfilt as cf
+/// >>> stream = cf.PiForm(kp=2.0, ki=1.0).stream(fs=100.0, initial=0.0)
+/// >>> angle = stream.update(0.02, 0.1)
+/// >>> stream.process([0.02, 0.03], [0.1, 0.1]).shape
+/// (2,)
+#[pyclass(module = "compfilt._core")]
+pub(crate) struct Stream {
+    session: AnySession,
+    design: Design,
+    options: Options,
+    handling: Handling,
+    /// `None`: one channel, scalars and (n,) arrays.
+    channels: Option<usize>,
+    /// How the stream was made, for pickling: the design and its keywords.
+    made_by: Py<PyAny>,
+    keywords: Py<PyAny>,
+}
+
+impl Stream {
+    #[allow(clippy::too_many_arguments)]
+    pub(crate) fn make(
+        session: AnySession,
+        design: Design,
+        options: Options,
+        handling: Handling,
+        channels: Option<usize>,
+        made_by: Py<PyAny>,
+        keywords: Py<PyAny>,
+    ) -> Self {
+        Self { session, design, options, handling, channels, made_by, keywords }
+    }
+
+    fn check_channels(&self, signal: &Signal<'_>) -> PyResult<()> {
+        let (_, channels) = samples_and_channels(signal)?;
+        let axes = signal.shape().len();
+        match self.channels {
+            None if axes == 1 => Ok(()),
+            Some(expected) if axes == 2 && channels == expected => Ok(()),
+            None => Err(PyValueError::new_err(format!(
+                "this stream has one channel: a block has the shape (samples,), got {:?}; use stream(channels={channels})",
+                signal.shape()
+            ))),
+            Some(expected) => Err(PyValueError::new_err(format!(
+                "this stream has {expected} channels: a block has the shape (samples, {expected}), got {:?}",
+                signal.shape()
+            ))),
+        }
+    }
+
+    fn run<'py>(
+        &mut self,
+        py: Python<'py>,
+        y: &Bound<'py, PyAny>,
+        u: &Bound<'py, PyAny>,
+        t: Option<&Bound<'py, PyAny>>,
+        wanted: &Wanted<'_, 'py>,
+    ) -> PyResult<Results<'py>> {
+        let measurement = Signal::new(y, "y")?;
+        let derivative = Signal::new(u, "u")?;
+        self.check_channels(&measurement)?;
+        let input = Input { measurement: &measurement, derivative: &derivative, t };
+        let handling = self.handling;
+        with_session!(&mut self.session, session => session.process(py, &input, handling, wanted))
+    }
+
+    fn output<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        with_session!(&self.session, session => level0(py, session, self.channels))
+    }
+}
+
+/// Level 0 of all channels: a float, or an array with one value a channel.
+fn level0<'py, T: Scalar>(
+    py: Python<'py>,
+    session: &Session<T>,
+    channels: Option<usize>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let runner = &session.runner;
+    if channels.is_none() {
+        return Ok(runner.level(0, 0).to_f64().into_pyobject(py)?.into_any());
+    }
+    let values = (0..runner.channels()).map(|channel| runner.level(channel, 0));
+    Ok(PyArray1::from_iter(py, values).into_any())
+}
+
+/// One sample: a float, or one value a channel.
+fn sample<T: Scalar>(
+    value: &Bound<'_, PyAny>,
+    name: &'static str,
+    channels: Option<usize>,
+) -> PyResult<Vec<T>> {
+    if channels.is_none()
+        && let Ok(number) = value.extract::<f64>()
+    {
+        return Ok(vec![T::literal(number)]);
+    }
+    let signal = Signal::new(value, name)?;
+    let expected = channels.map_or(vec![], |channels| vec![channels]);
+    if signal.shape() != expected {
+        return Err(PyValueError::new_err(format!(
+            "{name} must have the shape {expected:?}, got {:?}",
+            signal.shape()
+        )));
+    }
+    let array = signal.typed::<T>()?;
+    Ok(array.as_array().iter().copied().collect())
+}
+
+fn step<T: Scalar>(session: &Session<T>, dt: Option<f64>) -> PyResult<Option<Dt<T>>> {
+    match dt {
+        Some(dt) => Dt::new(T::literal(dt)).map(Some).map_err(crate::errors::value_error),
+        None if session.fs.is_some() => Ok(None),
+        None => Err(PyValueError::new_err("give dt in seconds: this stream has no fs")),
+    }
+}
+
+fn update<T: Scalar>(
+    session: &mut Session<T>,
+    channels: Option<usize>,
+    handling: Handling,
+    y: &Bound<'_, PyAny>,
+    u: &Bound<'_, PyAny>,
+    dt: Option<f64>,
+) -> PyResult<()> {
+    let dt = step(session, dt)?;
+    // The common case, without an array.
+    if channels.is_none()
+        && !handling.raise_missing
+        && let (Ok(y), Ok(u)) = (y.extract::<f64>(), u.extract::<f64>())
+    {
+        session.runner.update(0, T::literal(y), T::literal(u), dt);
+        return Ok(());
+    }
+    let y = sample::<T>(y, "y", channels)?;
+    let u = sample::<T>(u, "u", channels)?;
+    if handling.raise_missing && !y.iter().chain(&u).all(|value| value.is_finite()) {
+        return Err(PyValueError::new_err(
+            "y or u is missing (NaN or infinite), and missing is \"raise\"",
+        ));
+    }
+    for (channel, (y, u)) in y.into_iter().zip(u).enumerate() {
+        session.runner.update(channel, y, u, dt);
+    }
+    Ok(())
+}
+
+fn predict<T: Scalar>(
+    session: &mut Session<T>,
+    channels: Option<usize>,
+    u: &Bound<'_, PyAny>,
+    dt: Option<f64>,
+) -> PyResult<()> {
+    let dt = step(session, dt)?;
+    for (channel, u) in sample::<T>(u, "u", channels)?.into_iter().enumerate() {
+        session.runner.predict(channel, u, dt);
+    }
+    Ok(())
+}
+
+fn correct<T: Scalar>(
+    session: &mut Session<T>,
+    channels: Option<usize>,
+    y: &Bound<'_, PyAny>,
+) -> PyResult<()> {
+    for (channel, y) in sample::<T>(y, "y", channels)?.into_iter().enumerate() {
+        session.runner.correct(channel, y);
+    }
+    Ok(())
+}
+
+#[pymethods]
+impl Stream {
+    /// One sample: predict with the derivative u, correct by the measurement y.
+    ///
+    /// Parameters
+    /// ----------
+    /// y, u : float, or array_like of shape (channels,)
+    ///     NaN or infinite: missing.
+    /// dt : float, optional
+    ///     The time step in seconds; 1/fs where it is left out.
+    ///
+    /// Returns
+    /// -------
+    /// float, or ndarray of shape (channels,)
+    ///     Level 0. NaN before the first measurement.
+    #[pyo3(signature = (y, u, dt=None))]
+    fn update<'py>(
+        &mut self,
+        py: Python<'py>,
+        y: &Bound<'py, PyAny>,
+        u: &Bound<'py, PyAny>,
+        dt: Option<f64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (channels, handling) = (self.channels, self.handling);
+        with_session!(&mut self.session, session => update(session, channels, handling, y, u, dt))?;
+        self.output(py)
+    }
+
+    /// A block of samples; the state is carried on. Returns level 0, shaped like y.
+    ///
+    /// Parameters
+    /// ----------
+    /// y, u : array_like, shape (n,) or (n, channels)
+    /// t : array_like, shape (n,), optional
+    ///     Times in seconds, for a stream without fs. The first step lasts from the last time of the block before; 0 in
+    ///     the first block.
+    #[pyo3(signature = (y, u, t=None))]
+    fn process<'py>(
+        &mut self,
+        py: Python<'py>,
+        y: &Bound<'py, PyAny>,
+        u: &Bound<'py, PyAny>,
+        t: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let wanted = Wanted { level0: Some(None), levels: false };
+        let results = self.run(py, y, u, t, &wanted)?;
+        Ok(results.level0.unwrap_or_else(|| py.None().into_bound(py)))
+    }
+
+    /// A block of samples like ``process``, with all levels, flags and counts. Returns an :class:`Estimate`.
+    #[pyo3(signature = (y, u, t=None))]
+    fn estimate<'py>(
+        &mut self,
+        py: Python<'py>,
+        y: &Bound<'py, PyAny>,
+        u: &Bound<'py, PyAny>,
+        t: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Estimate> {
+        let wanted = Wanted { level0: None, levels: true };
+        let results = self.run(py, y, u, t, &wanted)?;
+        let state = with_session!(&self.session, session => session.state());
+        estimate(py, &self.design, results, state)
+    }
+
+    /// Moves the state on by dt seconds with the derivative u, without a measurement. Returns level 0.
+    #[pyo3(signature = (u, dt=None))]
+    fn predict<'py>(
+        &mut self,
+        py: Python<'py>,
+        u: &Bound<'py, PyAny>,
+        dt: Option<f64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        if self.design.is_rate() {
+            return Err(PyValueError::new_err("the rate filter takes both signals: use update"));
+        }
+        let channels = self.channels;
+        with_session!(&mut self.session, session => predict(session, channels, u, dt))?;
+        self.output(py)
+    }
+
+    /// Corrects by the measurement y, with the gains for the time since the last correction. Returns level 0.
+    ///
+    /// So a slow measurement corrects a fast prediction: ``predict`` whenever the derivative comes, ``correct`` whenever
+    /// the measurement does. The first measurement starts the filter.
+    fn correct<'py>(
+        &mut self,
+        py: Python<'py>,
+        y: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        if self.design.is_rate() {
+            return Err(PyValueError::new_err("the rate filter takes both signals: use update"));
+        }
+        let channels = self.channels;
+        with_session!(&mut self.session, session => correct(session, channels, y))?;
+        self.output(py)
+    }
+
+    /// Forgets the state: waits for the first measurement, or starts from ``initial`` as in ``filter``.
+    #[pyo3(signature = (initial=None))]
+    fn reset(&mut self, initial: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        with_session!(&mut self.session, session => session.start(initial))
+    }
+
+    /// The state between two samples; set it to continue from there.
+    #[getter]
+    fn state(&self) -> State {
+        with_session!(&self.session, session => session.state())
+    }
+
+    #[setter]
+    fn set_state(&mut self, state: &Bound<'_, State>) -> PyResult<()> {
+        with_session!(&mut self.session, session => session.set_state(state.get()))
+    }
+
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        other.cast::<Self>().ok().and_then(|other| other.try_borrow().ok()).is_some_and(|other| {
+            self.design == other.design
+                && self.options == other.options
+                && self.channels == other.channels
+                && self.state() == other.state()
+        })
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let restore = py.import("compfilt._core")?.getattr("_stream")?;
+        let arguments = (&self.made_by, &self.keywords, self.state());
+        Ok((restore, arguments).into_pyobject(py)?.into_any())
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(format!(
+            "{}.stream(**{})",
+            self.made_by.bind(py).repr()?,
+            self.keywords.bind(py).repr()?
+        ))
+    }
+}
+
+/// Rebuilds a stream that was pickled.
+#[pyfunction]
+pub(crate) fn _stream<'py>(
+    made_by: &Bound<'py, PyAny>,
+    keywords: &Bound<'py, pyo3::types::PyDict>,
+    state: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let stream = made_by.call_method("stream", (), Some(keywords))?;
+    stream.setattr("state", state)?;
+    Ok(stream)
+}
+
+/// The result of a run as Python sees it.
+pub(crate) fn estimate(
+    py: Python<'_>,
+    design: &Design,
+    results: Results<'_>,
+    state: State,
+) -> PyResult<Estimate> {
+    let missing = || PyValueError::new_err("the levels were not kept");
+    Ok(Estimate {
+        levels: results.levels.ok_or_else(missing)?.unbind(),
+        flags: results.flags.ok_or_else(missing)?.unbind(),
+        state: Py::new(py, state)?,
+        names: design.level_names(),
+        bias_level: design.bias_level(),
+    })
+}
+
+/// The options of a stream, checked together.
+#[allow(clippy::too_many_arguments)]
+pub(crate) fn checked(
+    rule: &str,
+    input: &str,
+    period: Option<f64>,
+    delay: f64,
+    missing: &str,
+    hold: f64,
+    gap_cap: Option<f64>,
+    backwards: &str,
+    workers: usize,
+) -> PyResult<(Options, Handling)> {
+    Ok((
+        options(rule, input, period, delay, hold, gap_cap)?,
+        handling(missing, backwards, workers)?,
+    ))
+}

@@ -1,0 +1,55 @@
+"""Complementary filters: one definition, the same bits in the batch, in the stream and on the chip."""
+
+from enum import IntFlag
+from typing import TYPE_CHECKING
+from warnings import warn
+
+from compfilt._core import (
+    Butterworth,
+    Chain,
+    Estimate,
+    FirstOrder,
+    LinearFilter,
+    PiForm,
+    RateFilter,
+    SecondOrderInertial,
+    State,
+    Stream,
+    ThirdOrder,
+    __version__,
+    _debug_build,
+    alpha_to_tau,
+    tau_to_alpha,
+)
+
+if _debug_build:
+    warn("compfilt was built without optimisation: it is slow", RuntimeWarning, stacklevel=2)
+
+
+class Flags(IntFlag):
+    """What happened to a sample: a set of bits in ``Estimate.flags``."""
+
+    MEASUREMENT_MISSING = 1
+    DERIVATIVE_HELD = 2
+    DERIVATIVE_MISSING = 4
+    NOT_STARTED = 8
+    RESTARTED = 16
+
+
+__all__ = [
+    "Butterworth",
+    "Chain",
+    "Estimate",
+    "FirstOrder",
+    "Flags",
+    "LinearFilter",
+    "PiForm",
+    "RateFilter",
+    "SecondOrderInertial",
+    "State",
+    "Stream",
+    "ThirdOrder",
+    "__version__",
+    "alpha_to_tau",
+    "tau_to_alpha",
+]
