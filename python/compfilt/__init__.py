@@ -16,10 +16,15 @@ from compfilt._core import (
     State,
     Stream,
     ThirdOrder,
+    TiltEstimate,
+    TiltFilter,
+    TiltStream,
     __version__,
     _debug_build,
     alpha_to_tau,
+    angle_rates,
     tau_to_alpha,
+    tilt,
 )
 
 if _debug_build:
@@ -49,7 +54,12 @@ __all__ = [
     "State",
     "Stream",
     "ThirdOrder",
+    "TiltEstimate",
+    "TiltFilter",
+    "TiltStream",
     "__version__",
     "alpha_to_tau",
+    "angle_rates",
     "tau_to_alpha",
+    "tilt",
 ]

@@ -309,7 +309,7 @@ fn run_plain<T: Scalar, G: Recurrence<T, N>, const N: usize>(
     let slices = (block.measurement.column(c), block.derivative.column(c));
     let out = block.level0.as_mut().map(|out| out.column_mut(c));
     match (slices.0.as_slice(), slices.1.as_slice(), out, &mut block.levels) {
-        (Some(y), Some(u), Some(mut out), None) if out.as_slice_mut().is_some() => {
+        (Some(y), Some(u), Some(mut out), None) if out.is_standard_layout() => {
             let out = out.as_slice_mut().unwrap_or_default();
             let samples = y[start..end].iter().zip(&u[start..end]);
             for (out, (y, u)) in out[start..end].iter_mut().zip(samples) {

@@ -23,6 +23,7 @@ mod options;
 mod session;
 mod state;
 mod stream;
+mod tilt;
 
 /// The compiled part of compfilt.
 #[pyo3::pymodule(gil_used = false)]
@@ -40,6 +41,8 @@ mod _core {
     use crate::state::State;
     #[pymodule_export]
     use crate::stream::{_stream, Stream};
+    #[pymodule_export]
+    use crate::tilt::{TiltEstimate, TiltFilter, TiltStream, angle_rates_of, tilt_of};
 
     use pyo3::prelude::*;
 

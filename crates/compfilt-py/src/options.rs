@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use std::num::NonZeroUsize;
 
 /// One of a few words.
-fn choice<V: Copy>(name: &str, value: &str, choices: &[(&str, V)]) -> PyResult<V> {
+pub(crate) fn choice<V: Copy>(name: &str, value: &str, choices: &[(&str, V)]) -> PyResult<V> {
     choices.iter().find(|(word, _)| *word == value).map(|(_, chosen)| *chosen).ok_or_else(|| {
         let words: Vec<String> = choices.iter().map(|(word, _)| format!("\"{word}\"")).collect();
         PyValueError::new_err(format!("{name} must be {}, got \"{value}\"", words.join(" or ")))

@@ -7,6 +7,7 @@ use crate::arrays::{
 use crate::batch::{Block, Options, Runner, Steps, runner};
 use crate::design::Design;
 use crate::state::State;
+use compfilt_core::Dt;
 use numpy::ndarray::{Axis, Ix3};
 use numpy::{IxDyn, PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -70,7 +71,7 @@ impl<T: Scalar> Session<T> {
     ) -> PyResult<Results<'py>> {
         check_same_shape(input.measurement, input.derivative)?;
         let shape = input.measurement.shape().to_vec();
-        let (steps, time) = self.steps(input.t, shape[0], handling.backwards)?;
+        let (steps, time) = steps::<T>(input.t, self.fs, self.time, shape[0], handling.backwards)?;
         let level0 = match wanted.level0 {
             None => None,
             Some(Some(out)) => Some(output::<T>(out, &shape)?),
@@ -117,33 +118,6 @@ impl<T: Scalar> Session<T> {
         })
     }
 
-    /// The time steps of a block and the time after it.
-    fn steps(
-        &self,
-        t: Option<&Bound<'_, PyAny>>,
-        samples: usize,
-        backwards: Backwards,
-    ) -> PyResult<(Option<Vec<T>>, Option<f64>)> {
-        match (t, self.fs) {
-            (None, Some(_)) => Ok((None, self.time)),
-            (Some(t), None) => {
-                let t = Signal::new(t, "t")?;
-                if *t.shape() != [samples] {
-                    return Err(PyValueError::new_err(format!(
-                        "t must have the shape ({samples},), one time a sample, got {:?}: time is axis 0",
-                        t.shape()
-                    )));
-                }
-                let times = t.typed::<f64>()?;
-                let times = columns(&times)?;
-                let times = times.column(0);
-                let steps = time_steps(times, self.time, backwards)?;
-                Ok((Some(steps), times.last().copied().or(self.time)))
-            }
-            _ => Err(PyValueError::new_err("give fs in Hz or t in seconds, one of them")),
-        }
-    }
-
     pub(crate) fn state(&self) -> State {
         State {
             order: self.runner.order(),
@@ -155,20 +129,7 @@ impl<T: Scalar> Session<T> {
 
     pub(crate) fn set_state(&mut self, state: &State) -> PyResult<()> {
         let (order, channels) = (self.runner.order(), self.runner.channels());
-        if state.order != order || state.numbers.len() != channels {
-            return Err(PyValueError::new_err(format!(
-                "the state is of order {} with {} channels, the filter of order {order} with {channels}",
-                state.order,
-                state.numbers.len()
-            )));
-        }
-        if state.dtype != T::NAME {
-            return Err(PyValueError::new_err(format!(
-                "the state is of dtype {}, the filter of dtype {}",
-                state.dtype,
-                T::NAME
-            )));
-        }
+        state.check(order, channels, T::NAME)?;
         for (channel, numbers) in state.numbers.iter().enumerate() {
             if !self.runner.restore(channel, numbers) {
                 return Err(PyValueError::new_err("the state belongs to another kind of filter"));
@@ -218,6 +179,43 @@ impl<T: Scalar> Session<T> {
         }
         self.time = None;
         Ok(())
+    }
+}
+
+/// The time steps of a block and the time after it.
+pub(crate) fn steps<T: Scalar>(
+    t: Option<&Bound<'_, PyAny>>,
+    fs: Option<f64>,
+    before: Option<f64>,
+    samples: usize,
+    backwards: Backwards,
+) -> PyResult<(Option<Vec<T>>, Option<f64>)> {
+    match (t, fs) {
+        (None, Some(_)) => Ok((None, before)),
+        (Some(t), None) => {
+            let t = Signal::new(t, "t")?;
+            if *t.shape() != [samples] {
+                return Err(PyValueError::new_err(format!(
+                    "t must have the shape ({samples},), one time a sample, got {:?}: time is axis 0",
+                    t.shape()
+                )));
+            }
+            let times = t.typed::<f64>()?;
+            let times = columns(&times)?;
+            let times = times.column(0);
+            let steps = time_steps(times, before, backwards)?;
+            Ok((Some(steps), times.last().copied().or(before)))
+        }
+        _ => Err(PyValueError::new_err("give fs in Hz or t in seconds, one of them")),
+    }
+}
+
+/// The step of one sample: `None` for the sample period.
+pub(crate) fn step<T: Scalar>(fs: Option<f64>, dt: Option<f64>) -> PyResult<Option<Dt<T>>> {
+    match dt {
+        Some(dt) => Dt::new(T::literal(dt)).map(Some).map_err(crate::errors::value_error),
+        None if fs.is_some() => Ok(None),
+        None => Err(PyValueError::new_err("give dt in seconds: this stream has no fs")),
     }
 }
 

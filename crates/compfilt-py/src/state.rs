@@ -176,6 +176,26 @@ pub(crate) struct State {
     pub(crate) numbers: Vec<Numbers>,
 }
 
+impl State {
+    /// Whether a filter of this order and kind can take the state.
+    pub(crate) fn check(&self, order: usize, channels: usize, dtype: &str) -> PyResult<()> {
+        if self.order != order || self.numbers.len() != channels {
+            return Err(PyValueError::new_err(format!(
+                "the state is of order {} with {} channels, the filter of order {order} with {channels}",
+                self.order,
+                self.numbers.len()
+            )));
+        }
+        if self.dtype != dtype {
+            return Err(PyValueError::new_err(format!(
+                "the state is of dtype {}, the filter of dtype {dtype}",
+                self.dtype
+            )));
+        }
+        Ok(())
+    }
+}
+
 #[pymethods]
 impl State {
     #[new]

@@ -5,9 +5,8 @@ use crate::batch::Options;
 use crate::design::Design;
 use crate::estimate::Estimate;
 use crate::options::{handling, options};
-use crate::session::{AnySession, Handling, Input, Results, Session, Wanted, with_session};
+use crate::session::{AnySession, Handling, Input, Results, Session, Wanted, step, with_session};
 use crate::state::State;
-use compfilt_core::Dt;
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -127,14 +126,6 @@ fn sample<T: Scalar>(
     Ok(array.as_array().iter().copied().collect())
 }
 
-fn step<T: Scalar>(session: &Session<T>, dt: Option<f64>) -> PyResult<Option<Dt<T>>> {
-    match dt {
-        Some(dt) => Dt::new(T::literal(dt)).map(Some).map_err(crate::errors::value_error),
-        None if session.fs.is_some() => Ok(None),
-        None => Err(PyValueError::new_err("give dt in seconds: this stream has no fs")),
-    }
-}
-
 fn update<T: Scalar>(
     session: &mut Session<T>,
     channels: Option<usize>,
@@ -143,7 +134,7 @@ fn update<T: Scalar>(
     u: &Bound<'_, PyAny>,
     dt: Option<f64>,
 ) -> PyResult<()> {
-    let dt = step(session, dt)?;
+    let dt = step::<T>(session.fs, dt)?;
     // The common case, without an array.
     if channels.is_none()
         && !handling.raise_missing
@@ -171,7 +162,7 @@ fn predict<T: Scalar>(
     u: &Bound<'_, PyAny>,
     dt: Option<f64>,
 ) -> PyResult<()> {
-    let dt = step(session, dt)?;
+    let dt = step::<T>(session.fs, dt)?;
     for (channel, u) in sample::<T>(u, "u", channels)?.into_iter().enumerate() {
         session.runner.predict(channel, u, dt);
     }
