@@ -5,6 +5,7 @@ use crate::design::{Design, Rule, Visitor};
 use crate::memory::Memory;
 use crate::state::Numbers;
 use compfilt_core::linear::{Flags, Input, RateInputs, Stream, StreamState};
+use compfilt_core::nalgebra::ComplexField;
 use compfilt_core::{Discretise, Dt, Recurrence};
 use numpy::ndarray::{ArrayView2, ArrayViewMut, ArrayViewMut2, ArrayViewMut3, Axis, Slice};
 use pyo3::PyResult;
@@ -182,7 +183,7 @@ impl<T: Scalar, const N: usize> Channel<T, N> {
     fn is_plain<D: Copy>(&self, stream: &Stream<T, D>) -> bool {
         matches!(self.memory, Memory::Nothing)
             && self.rate.is_none()
-            && stream.is_plain(&self.state)
+            && stream.is_plain_step(&self.state)
     }
 
     fn reset(&mut self) {
@@ -288,7 +289,7 @@ struct Rows {
 }
 
 /// The common case: both signals are there in all rows, so that every sample is one step and nothing else.
-/// False, with nothing done, if a sample is missing.
+/// False, with the state as it was, if a sample is missing; the rows are then to be filtered anew.
 fn run_plain<T: Scalar, G: Recurrence<T, N>, const N: usize>(
     gains: &G,
     channel: &mut Channel<T, N>,
@@ -296,15 +297,6 @@ fn run_plain<T: Scalar, G: Recurrence<T, N>, const N: usize>(
     rows: Rows,
 ) -> bool {
     let Rows { channel: c, start, end } = rows;
-    let all_finite = {
-        let (y, u) =
-            (rows_of(block.measurement, c, start..end), rows_of(block.derivative, c, start..end));
-        // No early exit: the loop over a contiguous channel becomes vector code.
-        y.zip(u).fold(true, |all, (y, u)| all & y.is_finite() & u.is_finite())
-    };
-    if !all_finite {
-        return false;
-    }
     let mut state = channel.state.levels;
     let slices = (block.measurement.column(c), block.derivative.column(c));
     let out = block.level0.as_mut().map(|out| out.column_mut(c));
@@ -331,6 +323,10 @@ fn run_plain<T: Scalar, G: Recurrence<T, N>, const N: usize>(
                 }
             }
         }
+    }
+    // What is not a number never leaves the levels again: one look at the end tells whether any sample was missing.
+    if !state.levels.iter().all(ComplexField::is_finite) {
+        return false;
     }
     channel.state.levels = state;
     channel.state.input.renew(block.derivative[(end - 1, c)]);

@@ -59,6 +59,11 @@ impl<T: Scalar> Memory<T> {
 
 impl<T: Scalar> Hindsight<T> for Memory<T> {
     #[inline(always)]
+    fn is_now(&self) -> bool {
+        matches!(self, Self::Nothing)
+    }
+
+    #[inline(always)]
     fn begin(&mut self, level0: T) {
         if let Self::Past(history) = self {
             history.begin(level0);

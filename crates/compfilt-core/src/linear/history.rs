@@ -6,6 +6,9 @@ use nalgebra::{Complex, ComplexField};
 
 /// What a measurement is compared with: the estimate now, or the one at the time that it belongs to.
 pub trait Hindsight<T> {
+    /// Whether measurements belong to now.
+    fn is_now(&self) -> bool;
+
     /// Keeps the estimate before the first step.
     fn begin(&mut self, level0: T);
 
@@ -21,6 +24,11 @@ pub trait Hindsight<T> {
 
 /// No delay: the measurement belongs to now.
 impl<T> Hindsight<T> for () {
+    #[inline(always)]
+    fn is_now(&self) -> bool {
+        true
+    }
+
     #[inline(always)]
     fn begin(&mut self, _: T) {}
 
@@ -112,6 +120,10 @@ impl<T: Real, R: AsRef<[Past<T>]> + AsMut<[Past<T>]>> History<T, R> {
 }
 
 impl<T: Real, R: AsRef<[Past<T>]> + AsMut<[Past<T>]>> Hindsight<T> for History<T, R> {
+    fn is_now(&self) -> bool {
+        false
+    }
+
     fn begin(&mut self, level0: T) {
         if self.filled == 0 {
             self.remember(level0, T::zero());

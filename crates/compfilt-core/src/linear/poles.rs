@@ -132,42 +132,56 @@ fn newton_step<T: Real, const N: usize>(coefficients: &[T; N], s: Complex<T>) ->
     value / slope
 }
 
-/// Makes the set closed under conjugation again: what is real to rounding becomes real, every other root gets its
-/// exact mirror image.
+/// Makes the set closed under conjugation again. From the root furthest from the real axis on: it and the one nearest to
+/// its mirror image become exact mirror images, or real if they are so to rounding; nearest to its own, it becomes real.
 fn pair<T: Real, const N: usize>(mut roots: [Complex<T>; N]) -> [Complex<T>; N] {
-    let tolerance = T::default_epsilon().sqrt();
-    for root in &mut roots {
-        if root.im.abs() <= tolerance * size(*root) {
-            root.im = T::zero();
+    let mut done = 0;
+    while done < N {
+        bring_forward(&mut roots[done..], |root| -root.im.abs());
+        let root = roots[done];
+        let own = root.im.abs() * T::literal(2.0);
+        let others = &mut roots[done + 1..];
+        bring_forward(others, |other| size(*other - root.conj()));
+        match others.first_mut() {
+            Some(other) if size(*other - root.conj()) < own => {
+                let re = (root.re + other.re) * T::literal(0.5);
+                let im = (root.im.abs() + other.im.abs()) * T::literal(0.5);
+                let exact = im > T::default_epsilon().sqrt() * re.abs();
+                let upper = Complex::new(re, if exact { im } else { T::zero() });
+                *other = upper.conj();
+                roots[done] = upper;
+                done += 2;
+            }
+            _ => {
+                roots[done].im = T::zero();
+                done += 1;
+            }
         }
     }
-    for i in 1..N {
+    sort(&mut roots);
+    roots
+}
+
+/// Exchanges the first root with the one of the least `key`.
+fn bring_forward<T: Real>(roots: &mut [Complex<T>], key: impl Fn(&Complex<T>) -> T) {
+    for j in 1..roots.len() {
+        if key(&roots[j]) < key(&roots[0]) {
+            roots.swap(0, j);
+        }
+    }
+}
+
+/// Slowest first, pairs side by side with the positive imaginary part first.
+fn sort<T: Real>(roots: &mut [Complex<T>]) {
+    let before =
+        |a: &Complex<T>, b: &Complex<T>| (-a.re, a.im.abs(), -a.im) < (-b.re, b.im.abs(), -b.im);
+    for i in 1..roots.len() {
         for j in (1..=i).rev() {
             if before(&roots[j], &roots[j - 1]) {
                 roots.swap(j, j - 1);
             }
         }
     }
-    let mut i = 0;
-    while i + 1 < N {
-        if roots[i].im == T::zero() {
-            i += 1;
-        } else {
-            roots[i + 1] = roots[i].conj();
-            i += 2;
-        }
-    }
-    roots
-}
-
-/// Slowest first; of a pair, the root with the positive imaginary part first.
-fn before<T: Real>(a: &Complex<T>, b: &Complex<T>) -> bool {
-    let tolerance = T::default_epsilon().sqrt() * size(*a);
-    if (a.re - b.re).abs() > tolerance {
-        return a.re > b.re;
-    }
-    let (ai, bi) = (a.im.abs(), b.im.abs());
-    if (ai - bi).abs() > tolerance { ai < bi } else { a.im > b.im }
 }
 
 fn real<T: Real>(re: T) -> Complex<T> {

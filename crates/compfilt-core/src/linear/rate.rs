@@ -93,6 +93,13 @@ impl<T: Real> Recurrence<T, 1> for RateGains<T> {
     }
 
     #[inline(always)]
+    fn predict_and_compare<E: Element<T>>(&self, state: &mut State<E, 1>, y: E, change: E) -> E {
+        let [rate] = state.levels;
+        self.predict(state, change);
+        (y - change) - rate
+    }
+
+    #[inline(always)]
     fn predict_ramp<E: Element<T>>(&self, state: &mut State<E, 1>, _: E, change: E) {
         self.predict(state, change);
     }

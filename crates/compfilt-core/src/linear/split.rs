@@ -111,10 +111,11 @@ pub struct SplitGains<T, const N: usize> {
     correction: [T; N],
 }
 
-impl<T: Real, const N: usize> Recurrence<T, N> for SplitGains<T, N> {
+impl<T: Real, const N: usize> SplitGains<T, N> {
+    /// Predicts the levels from 1 on and returns what level 1 adds to level 0.
     #[inline(always)]
-    fn predict<E: Element<T>>(&self, state: &mut State<E, N>, u: E) {
-        let Some((level0, others)) = state.levels.split_first_mut() else { return };
+    fn decay<E: Element<T>>(&self, state: &mut State<E, N>) -> Option<E> {
+        let (_, others) = state.levels.split_first_mut()?;
         let mut above: Option<E> = None;
         for p in others.iter_mut().rev() {
             if let Some(above) = above {
@@ -122,16 +123,31 @@ impl<T: Real, const N: usize> Recurrence<T, N> for SplitGains<T, N> {
             }
             above = Some(*p);
         }
-        let rate = if let Some((first, higher)) = others.split_first_mut() {
-            *first = *first * self.damping;
-            for (p, q) in higher.iter_mut().zip(self.feedback.iter().skip(2)) {
-                *p = *p - *first * *q;
-            }
-            *first + u
-        } else {
-            u
-        };
-        *level0 = *level0 + rate * self.dt;
+        let (first, higher) = others.split_first_mut()?;
+        *first = *first * self.damping;
+        for (p, q) in higher.iter_mut().zip(self.feedback.iter().skip(2)) {
+            *p = *p - *first * *q;
+        }
+        Some(*first * self.dt)
+    }
+}
+
+impl<T: Real, const N: usize> Recurrence<T, N> for SplitGains<T, N> {
+    #[inline(always)]
+    fn predict<E: Element<T>>(&self, state: &mut State<E, N>, u: E) {
+        let driven = u * self.dt;
+        let increment = self.decay(state).map_or(driven, |moved| driven + moved);
+        state.levels[0] = state.levels[0] + increment;
+    }
+
+    #[inline(always)]
+    fn predict_and_compare<E: Element<T>>(&self, state: &mut State<E, N>, y: E, u: E) -> E {
+        let driven = u * self.dt;
+        let rest = (y - driven) - state.levels[0];
+        let moved = self.decay(state);
+        let increment = moved.map_or(driven, |moved| driven + moved);
+        state.levels[0] = state.levels[0] + increment;
+        moved.map_or(rest, |moved| rest - moved)
     }
 
     #[inline(always)]

@@ -97,7 +97,7 @@ impl<T: Real, D: Copy> Stream<T, D> {
             input: Input::Sample,
             period: T::zero(),
             hold: T::literal(0.1),
-            gap_cap: T::max_value().unwrap_or(T::one()),
+            gap_cap: no_cap(),
         }
     }
 
@@ -161,6 +161,12 @@ impl<T: Real, D: Copy> Stream<T, D> {
             }
             state.start(y);
         }
+        if y.is_finite() && history.is_now() && self.is_plain(state) {
+            let (u, flags) = state.input.take(u, gains.dt(), self.hold);
+            let innovation = gains.predict_and_compare(&mut state.levels, y, u);
+            state.elapsed = Elapsed::One { dt: gains.dt() };
+            return flags | self.correct_by(gains, state, y, innovation);
+        }
         let mut flags = self.predict(gains, state, u, history);
         if y.is_finite() {
             flags |= self.correct(gains, state, y, history);
@@ -219,26 +225,45 @@ impl<T: Real, D: Copy> Stream<T, D> {
             state.start(y);
             return Flags::default();
         }
-        let innovation = self.wrap(y - history.recall(state.levels.levels[0]));
-        let correction = state.elapsed.correction(&self.design, gains, self.gap_cap);
-        correct_with(&correction, &mut state.levels, innovation);
-        state.elapsed = Elapsed::None;
-        let restart = !state.levels.levels[0].is_finite();
-        if restart {
-            state.start(y);
-        }
-        history.amend(state.levels.levels[0]);
-        if restart { Flags::RESTARTED } else { Flags::default() }
+        let innovation = y - history.recall(state.level0());
+        let flags = self.correct_by(gains, state, y, innovation);
+        history.amend(state.level0());
+        flags
     }
 
-    /// Whether [`update`](Self::update) does nothing but a step of the recurrence, as long as both signals are there: no
-    /// wrapping, constant input, and the last sample was corrected. Loops may then call
-    /// [`Recurrence::step`](super::Recurrence::step) itself, and [`Held::renew`] with the last input.
-    pub fn is_plain<const N: usize>(&self, state: &StreamState<T, N>) -> bool {
-        self.period == T::zero()
-            && self.input == Input::Sample
-            && state.started
-            && matches!(state.elapsed, Elapsed::None)
+    /// Corrects by an innovation of the measurement `y`, with the gains for the time since the last correction.
+    #[inline]
+    fn correct_by<const N: usize>(
+        &self,
+        gains: &D::Gains,
+        state: &mut StreamState<T, N>,
+        y: T,
+        innovation: T,
+    ) -> Flags
+    where
+        D: Discretise<T, N>,
+    {
+        let correction = state.elapsed.correction(&self.design, gains, self.gap_cap);
+        correct_with(&correction, &mut state.levels, self.wrap(innovation));
+        state.elapsed = Elapsed::None;
+        if state.level0().is_finite() {
+            return Flags::default();
+        }
+        state.start(y);
+        Flags::RESTARTED
+    }
+
+    /// Whether [`update`](Self::update) does nothing but a step of the recurrence, as long as both signals are there and on
+    /// time: without a period or a cap loops may then call [`Recurrence::step`](super::Recurrence::step) itself, and
+    /// [`Held::renew`] with the last input.
+    pub fn is_plain_step<const N: usize>(&self, state: &StreamState<T, N>) -> bool {
+        self.period == T::zero() && self.gap_cap == no_cap() && self.is_plain(state)
+    }
+
+    /// Whether the last sample was corrected, and the next is predicted with its own input.
+    #[inline]
+    fn is_plain<const N: usize>(&self, state: &StreamState<T, N>) -> bool {
+        self.input == Input::Sample && state.started && matches!(state.elapsed, Elapsed::None)
     }
 
     /// One prediction with the input going from `from` to `to`, as the stream takes its input.
@@ -287,6 +312,11 @@ impl<T: Real, D: Copy> Stream<T, D> {
         }
         innovation - self.period * (innovation / self.period + T::literal(0.5)).floor()
     }
+}
+
+/// Longer than any gap.
+fn no_cap<T: Real>() -> T {
+    T::max_value().unwrap_or(T::one())
 }
 
 /// What changes from sample to sample.

@@ -1,0 +1,71 @@
+# Every target works in a fresh clone with cargo and python3 >= 3.10 alone: what it needs besides it installs into .venv.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+# Without them a stray configuration of the caller's machine would decide what is tested.
+unexport PYTHONPATH PYTHONHOME
+
+RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
+PACKAGES := $(VENV)/.packages
+EXTENSION := $(VENV)/.extension
+
+.PHONY: help develop demo test test-rust test-python lint format bench bench-rust bench-python vectors wheel clean
+.DEFAULT_GOAL := help
+
+help: ## This list
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{ printf "make %-13s %s\n", $$1, $$2 }'
+
+$(PACKAGES): requirements/dev.txt scripts/make_venv.sh
+	PYTHON=$(PYTHON) sh scripts/make_venv.sh $(VENV)
+	$(BIN)/python -m pip install --quiet --requirement requirements/dev.txt
+	touch $@
+
+$(EXTENSION): $(PACKAGES) $(RUST_SOURCES) pyproject.toml
+	VIRTUAL_ENV=$(CURDIR)/$(VENV) $(BIN)/maturin develop --release --quiet --locked
+	touch $@
+
+develop: $(EXTENSION) ## Set up .venv with the optimised extension in it
+
+demo: $(EXTENSION) ## Filter the bundled log: table, result files and plot
+	$(BIN)/python examples/demo/demo.py
+
+test: lint test-rust test-python ## Every check
+
+test-rust: ## The core's tests and documentation examples
+	cargo test --locked --quiet --package compfilt-core
+
+test-python: $(EXTENSION) ## The Python tests, the README's and the documentation's examples
+	$(BIN)/python -m pytest --quiet
+
+lint: $(EXTENSION) ## Formatting, lints, types and documentation; warnings are errors
+	cargo fmt --check
+	cargo clippy --locked --quiet --workspace --all-targets -- --deny warnings
+	RUSTDOCFLAGS="--deny warnings" cargo doc --locked --quiet --no-deps --package compfilt-core
+	$(BIN)/ruff check --quiet
+	$(BIN)/ruff format --check --quiet
+	$(BIN)/mypy
+	$(BIN)/python -m mypy.stubtest compfilt._core
+
+format: $(PACKAGES) ## Format everything
+	cargo fmt
+	$(BIN)/ruff check --quiet --fix
+	$(BIN)/ruff format --quiet
+
+bench: bench-rust bench-python ## All benches
+
+bench-rust: ## Latency per sample of every filter (Criterion)
+	cargo bench --locked --package compfilt-core
+
+bench-python: $(EXTENSION) ## Throughput against numpy.add, scipy and numba in one run
+	$(BIN)/python -m pip install --quiet --requirement requirements/bench.txt
+	$(BIN)/python benches/throughput.py
+
+vectors: $(PACKAGES) ## Make the reference vectors anew
+	$(BIN)/python tests/vectors/make.py
+
+wheel: $(PACKAGES) ## A wheel and a source distribution in dist
+	$(BIN)/maturin build --release --locked --sdist --out dist
+
+clean: ## Remove what was built
+	rm -rf target dist $(VENV)

@@ -1,0 +1,127 @@
+"""The command line. Each command is a thin face on a function of the library."""
+
+import contextlib
+import signal
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, NoReturn
+
+import typer
+from tqdm import tqdm  # type: ignore[import-untyped]
+
+from compfilt.logs.errors import LogError, UsageError
+
+__all__ = ["run_app"]
+
+
+def _group(text: str) -> typer.Typer:
+    """Make a group of commands in plain text: what a tool in a pipeline says is one line for one thing."""
+    return typer.Typer(
+        help=text,
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+    )
+
+
+app = _group("Complementary filters for logs.")
+simulate_app = _group("Make a log whose truth is known.")
+app.add_typer(simulate_app, name="simulate")
+
+Force = Annotated[bool, typer.Option("--force", help="Replace a result that is already there.")]
+
+
+def run_app() -> NoReturn:
+    """Run the command line and leave the process with its status."""
+    signal.signal(signal.SIGTERM, _terminate)
+    app(prog_name="compfilt")
+    sys.exit(0)
+
+
+@app.command()
+def run(
+    recipe: Annotated[
+        Path, typer.Argument(metavar="RECIPE", help="A TOML file: columns, units, filter, output.")
+    ],
+    logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="CSV or Parquet files.")],
+    out: Annotated[
+        str,
+        typer.Option("-o", "--out", metavar="OUT", help='A file; or a folder, or anything that ends in "/".'),
+    ],
+    *,
+    force: Force = False,
+) -> None:
+    """Filter logs with a recipe.
+
+    With several logs OUT is a folder, and each result has the name of its log. A result appears under its name only
+    when it is complete. A log that fails does not stop the others.
+
+    Exit status: 0, 1 if a log failed, 2 if nothing was done.
+    """
+    from compfilt.logs.recipe import load_recipe  # noqa: PLC0415 - help and usage errors do not wait for Arrow
+    from compfilt.logs.run import plan, run_logs  # noqa: PLC0415
+
+    with _one_line():
+        loaded = load_recipe(recipe)
+        jobs = plan(logs, out, force=force)
+        size = sum(log.stat().st_size for log in logs if log.is_file())
+        shown = sys.stderr.isatty()
+        with tqdm(total=size, unit="B", unit_scale=True, disable=not shown, leave=False) as bar:
+            failed = run_logs(loaded, jobs, advance=bar.update, report=_say)
+    if failed:
+        raise typer.Exit(1)
+
+
+@simulate_app.command("child-seat")
+def child_seat(
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="FILE", help="A CSV or Parquet file.")],
+    *,
+    seed: Annotated[int, typer.Option(min=0, help="Another seed is another drive with another sensor.")] = 0,
+    duration: Annotated[float, typer.Option(help="Seconds.")] = 150.0,
+    rate: Annotated[float, typer.Option(help="Samples per second.")] = 100.0,
+    force: Force = False,
+) -> None:
+    """Simulate a child seat in a moving car, with a cheap inertial sensor on it.
+
+    Columns: t in s; ax, ay, az in g; gx, gy, gz in deg/s; true_roll, true_pitch in deg. Axes: forward, left, up.
+    """
+    from compfilt import simulate  # noqa: PLC0415
+    from compfilt.logs.run import plan  # noqa: PLC0415
+
+    with _one_line():
+        ((_, target),) = plan([Path("child-seat.csv")], str(out), force=force)
+        try:
+            columns = simulate.child_seat(duration=duration, rate=rate, seed=seed)
+        except ValueError as error:
+            raise UsageError(str(error)) from None
+        simulate.write(columns, target)
+        _say(f"{len(columns['t'])} samples -> {target}")
+
+
+def _say(message: str) -> None:
+    """Write one line to stderr, above the progress bar if there is one."""
+    tqdm.write(f"compfilt: {message}", file=sys.stderr)
+
+
+@contextlib.contextmanager
+def _one_line() -> Iterator[None]:
+    """Turn what can go wrong into one line and an exit status."""
+    try:
+        yield
+    except UsageError as error:
+        _say(str(error))
+        raise typer.Exit(2) from None
+    except LogError as error:
+        _say(str(error))
+        raise typer.Exit(1) from None
+    except KeyboardInterrupt:
+        _say("interrupted")
+        raise typer.Exit(130) from None
+
+
+def _terminate(_signal: int, _frame: object) -> NoReturn:
+    """Leave by way of every `finally`, so that no temporary file stays behind."""
+    _say("terminated")
+    sys.exit(128 + signal.SIGTERM)

@@ -1,0 +1,27 @@
+"""Logs: recipes, readers and writers, and the pipeline that carries a filter's state through a file.
+
+Needs the extra ``logs``.
+
+Examples
+--------
+>>> from compfilt.logs import load_recipe, run_log
+>>> summary = run_log(load_recipe("seat.toml"), "drive.parquet", "drive.roll.parquet")  # doctest: +SKIP
+"""
+
+from compfilt.logs.errors import LogError, RecipeError, UsageError
+from compfilt.logs.pipeline import Pipeline
+from compfilt.logs.recipe import Recipe, load_recipe, parse_recipe
+from compfilt.logs.run import Summary, run_log, run_logs
+
+__all__ = [
+    "LogError",
+    "Pipeline",
+    "Recipe",
+    "RecipeError",
+    "Summary",
+    "UsageError",
+    "load_recipe",
+    "parse_recipe",
+    "run_log",
+    "run_logs",
+]

@@ -1,0 +1,135 @@
+"""Results as files that are either complete or not there."""
+
+import contextlib
+import os
+import secrets
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import IO, Any, Protocol
+
+import pyarrow as pa
+import pyarrow.compute
+import pyarrow.csv
+import pyarrow.parquet
+
+from compfilt.logs.errors import LogError, UsageError
+
+__all__ = ["FORMATS", "LogWriter", "check_ending", "create_log"]
+
+ROWS_PER_GROUP = 1 << 17
+"""How many rows a Parquet row group holds: small ones are slow to read, large ones take memory."""
+
+
+class LogWriter(Protocol):
+    """A result that is being written."""
+
+    def write(self, batch: pa.RecordBatch) -> None:
+        """Append rows."""
+
+    def close(self) -> None:
+        """Write what is still held back, and the file's end."""
+
+    def abandon(self) -> None:
+        """Let go of the file, which nobody will read."""
+
+
+class _Csv:
+    """A CSV file; NaN becomes an empty field, which is how the reader takes it."""
+
+    def __init__(self, file: IO[bytes], schema: pa.Schema) -> None:
+        self._writer = pa.csv.CSVWriter(file, schema)
+
+    def write(self, batch: pa.RecordBatch) -> None:
+        columns = [_nan_to_null(column) for column in batch.columns]
+        self._writer.write_batch(pa.RecordBatch.from_arrays(columns, schema=batch.schema))
+
+    def close(self) -> None:
+        self._writer.close()
+
+    def abandon(self) -> None:
+        self._writer.close()
+
+
+def _nan_to_null(column: Any) -> Any:  # noqa: ANN401 - an array of any type
+    if not pa.types.is_floating(column.type):
+        return column
+    return pa.compute.if_else(pa.compute.is_nan(column), pa.scalar(None, column.type), column)
+
+
+class _Parquet:
+    """A Parquet file; batches are gathered to row groups of a good size."""
+
+    def __init__(self, file: IO[bytes], schema: pa.Schema) -> None:
+        self._writer = pa.parquet.ParquetWriter(file, schema)
+        self._held: list[pa.RecordBatch] = []
+        self._rows = 0
+
+    def write(self, batch: pa.RecordBatch) -> None:
+        self._held.append(batch)
+        self._rows += batch.num_rows
+        if self._rows >= ROWS_PER_GROUP:
+            self._flush()
+
+    def close(self) -> None:
+        self._flush()
+        self._writer.close()
+
+    def abandon(self) -> None:
+        # Before the file is closed: Arrow's destructor would do it later, fail, and print a traceback.
+        self._writer.close()
+
+    def _flush(self) -> None:
+        if self._held:
+            self._writer.write_table(pa.Table.from_batches(self._held), row_group_size=self._rows)
+        self._held, self._rows = [], 0
+
+
+FORMATS: dict[str, Callable[[IO[bytes], pa.Schema], LogWriter]] = {".csv": _Csv, ".parquet": _Parquet}
+"""The endings of the files that can be written, and how."""
+
+
+def check_ending(path: Path) -> None:
+    """Raise UsageError unless the file's kind can be written."""
+    if path.suffix.lower() not in FORMATS:
+        raise UsageError(
+            f'{path}: cannot write a file that ends in "{path.suffix}"; use {" or ".join(FORMATS)}'
+        )
+
+
+@contextlib.contextmanager
+def create_log(path: Path, schema: pa.Schema) -> Iterator[LogWriter]:
+    """Write a CSV or Parquet file, by its ending, that appears under its name only when it is complete.
+
+    It grows under a temporary name in the same folder. When the block ends well it is moved into place; when it ends
+    with an exception, Ctrl-C among them, the temporary file is removed and whatever stood under the name stays.
+
+    Raises
+    ------
+    LogError
+        The folder or the file cannot be written.
+    """
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
+    try:
+        # Not tempfile: its files are private to the user, while a result follows the umask like any other file.
+        with temporary.open("xb") as file:
+            writer = FORMATS[path.suffix.lower()](file, schema)
+            with _abandoned_on_failure(writer):
+                yield writer
+                writer.close()
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    except OSError as error:
+        raise LogError(f"{path} cannot be written: {error.strerror or error}") from None
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def _abandoned_on_failure(writer: LogWriter) -> Iterator[None]:
+    try:
+        yield
+    except BaseException:
+        with contextlib.suppress(Exception):
+            writer.abandon()
+        raise
