@@ -42,7 +42,7 @@ lint: $(EXTENSION) ## Formatting, lints, types and documentation; warnings are e
 	cargo fmt --check
 	cargo clippy --locked --quiet --workspace --all-targets -- --deny warnings
 	RUSTDOCFLAGS="--deny warnings" cargo doc --locked --quiet --no-deps --package compfilt-core
-	$(BIN)/ruff check --quiet
+	$(BIN)/ruff check --quiet --output-format concise
 	$(BIN)/ruff format --check --quiet
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest compfilt._core

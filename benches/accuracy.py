@@ -94,7 +94,8 @@ def pi_forms() -> list[cf.LinearFilter]:
 
 def main() -> int:
     """Prints the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    layout = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=layout)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--search", action="store_true", help="look for the best gains, also on halves")
     arguments = parser.parse_args()

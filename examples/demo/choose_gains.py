@@ -7,9 +7,10 @@ Each drive has another seat motion and another sensor. The bundled log is seed 0
 
 import itertools
 
-import compfilt as cf
 import numpy as np
 import numpy.typing as npt
+
+import compfilt as cf
 from compfilt.motion import GRAVITY
 from compfilt.simulate import child_seat
 

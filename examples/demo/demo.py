@@ -10,14 +10,15 @@ The results go to ``examples/demo/out/``.
 from pathlib import Path
 from typing import NamedTuple
 
-import compfilt as cf
 import matplotlib as mpl
 import numpy as np
 import numpy.typing as npt
+from pyarrow import csv, parquet
+
+import compfilt as cf
 from compfilt.logs import load_recipe, run_log
 from compfilt.motion import GRAVITY
 from compfilt.simulate import static_length
-from pyarrow import csv, parquet
 
 HERE = Path(__file__).parent
 LOG = HERE / "child_seat.csv"

@@ -1,7 +1,6 @@
 """Complementary filters: one definition, the same bits in the batch, in the stream and on the chip."""
 
 from enum import IntFlag
-from typing import TYPE_CHECKING
 from warnings import warn
 
 from compfilt._core import (

@@ -5,28 +5,28 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from typing_extensions import disjoint_base
 
 __all__ = [
-    "alpha_to_tau",
-    "tau_to_alpha",
-    "Estimate",
     "Butterworth",
     "Chain",
+    "Estimate",
     "FirstOrder",
     "LinearFilter",
     "PiForm",
     "RateFilter",
     "SecondOrderInertial",
-    "ThirdOrder",
     "State",
-    "_stream",
     "Stream",
+    "ThirdOrder",
     "TiltEstimate",
     "TiltFilter",
     "TiltStream",
-    "angle_rates",
-    "tilt",
     "__version__",
-    "_flags",
     "_debug_build",
+    "_flags",
+    "_stream",
+    "alpha_to_tau",
+    "angle_rates",
+    "tau_to_alpha",
+    "tilt",
 ]
 
 _Real: TypeAlias = NDArray[np.floating[Any]]
@@ -196,7 +196,9 @@ class PiForm(LinearFilter):
 
 @final
 class Butterworth(LinearFilter):
-    def __new__(cls, omega0: float, order: int = 2, q: float = 1.0, split: int | None = None) -> Butterworth: ...
+    def __new__(
+        cls, omega0: float, order: int = 2, q: float = 1.0, split: int | None = None
+    ) -> Butterworth: ...
     @property
     def omega0(self) -> float: ...
     @property
@@ -218,7 +220,9 @@ class SecondOrderInertial(LinearFilter):
 
 @final
 class Chain(LinearFilter):
-    def __new__(cls, coefficients: ArrayLike, derivative_order: int = 1, split: int | None = None) -> Chain: ...
+    def __new__(
+        cls, coefficients: ArrayLike, derivative_order: int = 1, split: int | None = None
+    ) -> Chain: ...
 
 @final
 class RateFilter(LinearFilter):

@@ -290,6 +290,19 @@ def cases():
     yield Case(
         "delay_butterworth_2", "butterworth", {"omega0": 2.0, "order": 2}, options={"delay": 0.05}, zeros=10
     )
+    for name, kind, parameters in (
+        ("first_order", "first_order", {"tau": 0.5}),
+        ("third_order", "third_order", {"tau": 0.8}),
+    ):
+        yield Case(
+            f"delay_uneven_{name}",
+            kind,
+            parameters,
+            dt=uneven(0.01),
+            options={"delay": 0.05},
+            zeros=10,
+            tolerance=1e-11,
+        )
     yield Case("period_pi", "pi_form", {"kp": 2.0, "ki": 1.5}, options={"period": 2 * math.pi}, dt=0.02)
 
 

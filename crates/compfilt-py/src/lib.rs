@@ -13,36 +13,63 @@
 
 mod arrays;
 mod batch;
+mod butterworth;
+mod chain;
 mod convert;
 mod design;
 mod errors;
 mod estimate;
-mod linear;
+mod first_order;
+mod linear_filter;
 mod memory;
 mod options;
+mod pi;
+mod rate;
+mod second_order_inertial;
 mod session;
+mod shares;
 mod state;
 mod stream;
+mod third_order;
 mod tilt;
+mod tilt_batch;
+mod tilt_filter;
+mod tilt_session;
+mod tilt_stream;
 
 /// The compiled part of compfilt.
 #[pyo3::pymodule(gil_used = false)]
 mod _core {
     #[pymodule_export]
+    use crate::butterworth::Butterworth;
+    #[pymodule_export]
+    use crate::chain::Chain;
+    #[pymodule_export]
     use crate::convert::{alpha_to_tau, tau_to_alpha};
     #[pymodule_export]
     use crate::estimate::Estimate;
     #[pymodule_export]
-    use crate::linear::{
-        Butterworth, Chain, FirstOrder, LinearFilter, PiForm, RateFilter, SecondOrderInertial,
-        ThirdOrder,
-    };
+    use crate::first_order::FirstOrder;
+    #[pymodule_export]
+    use crate::linear_filter::LinearFilter;
+    #[pymodule_export]
+    use crate::pi::PiForm;
+    #[pymodule_export]
+    use crate::rate::RateFilter;
+    #[pymodule_export]
+    use crate::second_order_inertial::SecondOrderInertial;
     #[pymodule_export]
     use crate::state::State;
     #[pymodule_export]
     use crate::stream::{_stream, Stream};
     #[pymodule_export]
-    use crate::tilt::{TiltEstimate, TiltFilter, TiltStream, angle_rates_of, tilt_of};
+    use crate::third_order::ThirdOrder;
+    #[pymodule_export]
+    use crate::tilt::{angle_rates_of, tilt_of};
+    #[pymodule_export]
+    use crate::tilt_filter::TiltFilter;
+    #[pymodule_export]
+    use crate::tilt_stream::{TiltEstimate, TiltStream};
 
     use pyo3::prelude::*;
 

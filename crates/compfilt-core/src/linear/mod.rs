@@ -16,6 +16,8 @@
 //! | `split` | the same poles shared out otherwise between low-pass and high-pass |
 //! | `placement`, `poles` | gains from wanted poles, and poles from coefficients |
 //! | `stream` | samples as they come: missing, held, wrapped, late, at any time step |
+//! | `elapsed` | the time since the last correction, and the gains for all of it |
+//! | `held`, `flags` | the last value of a signal; what happened to a sample |
 //! | `history` | past estimates, for a measurement that arrives late |
 //! | `response` | frequency response of both branches |
 //! | `block` | a block of samples as one affine map |
@@ -25,7 +27,10 @@ mod block;
 mod butterworth;
 mod chain;
 mod discrete;
+mod elapsed;
 mod first_order;
+mod flags;
+mod held;
 mod history;
 mod pi;
 mod placement;
@@ -41,7 +46,10 @@ pub use block::{AffineMap, BlockResponse, Transition};
 pub use butterworth::Butterworth;
 pub use chain::{Chain, Gains, Recurrence, State};
 pub use discrete::{Discretise, Matched};
+pub use elapsed::Elapsed;
 pub use first_order::{FirstOrder, alpha_to_tau, tau_to_alpha};
+pub use flags::Flags;
+pub use held::Held;
 pub use history::{Hindsight, History, Past, longest_delay};
 pub use pi::PiForm;
 pub use poles::poles;
@@ -49,7 +57,7 @@ pub use rate::{RateFilter, RateGains, RateInputs, RateState};
 pub use response::{FrequencyResponse, continuous_response, discrete_response};
 pub use second_order_inertial::SecondOrderInertial;
 pub use split::{Split, SplitGains};
-pub use stream::{Elapsed, Flags, Held, Input, Stream, StreamState};
+pub use stream::{Input, Stream, StreamState};
 pub use third_order::ThirdOrder;
 
 /// A design that is a chain with checked coefficients: `chain()`, `at()` and the conversions.

@@ -1,0 +1,97 @@
+//! The time since the last correction, and the gains for all of it.
+
+use super::discrete::identity;
+use super::placement::place;
+use super::{Discretise, Recurrence, State};
+use crate::{Dt, Real};
+use nalgebra::SVector;
+
+/// The time since the last correction, and what is needed to correct for all of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Elapsed<T: Real, const N: usize> {
+    /// No prediction yet.
+    None,
+    /// One prediction: its own gains apply.
+    One {
+        /// Its time step in seconds.
+        dt: T,
+    },
+    /// Several: the poles are placed on their accumulated transition.
+    Placed {
+        /// Seconds since the last correction.
+        time: T,
+        /// The transition, row by row.
+        transition: State<SVector<T, N>, N>,
+    },
+    /// Several, taken as one long step from where the last correction left the levels.
+    LongStep {
+        /// Seconds since the last correction.
+        time: T,
+        /// The levels after the last correction.
+        start: State<T, N>,
+        /// What the input has added to level 0 since.
+        integral: T,
+    },
+}
+
+impl<T: Real, const N: usize> Elapsed<T, N> {
+    /// One prediction more, by a step with `gains`.
+    #[inline]
+    pub(crate) fn add<D: Discretise<T, N>>(&mut self, design: &D, gains: &D::Gains) {
+        if let Self::None = self {
+            *self = Self::One { dt: gains.dt() };
+        } else {
+            self.add_more(design, gains);
+        }
+    }
+
+    /// The same prediction that moves the state moves the rows of the transition, as lanes.
+    fn add_more<D: Discretise<T, N>>(&mut self, design: &D, gains: &D::Gains) {
+        let (before, mut transition) = match *self {
+            Self::Placed { time, transition } => (time, transition),
+            Self::One { dt } => {
+                (dt, Dt::new(dt).map_or(identity(), |dt| D::transition(&design.gains(dt))))
+            }
+            _ => (T::zero(), identity()),
+        };
+        gains.predict(&mut transition, SVector::zeros());
+        *self = Self::Placed { time: before + gains.dt(), transition };
+    }
+
+    /// Gains with the poles where one step of the whole time would have them.
+    pub(crate) fn correction<D: Discretise<T, N>>(
+        &self,
+        design: &D,
+        gains: &D::Gains,
+        cap: T,
+    ) -> [T; N] {
+        match *self {
+            Self::None => [T::zero(); N],
+            Self::One { dt } if dt <= cap => *gains.correction(),
+            Self::One { dt } => placed(design, &D::transition(gains), dt, cap),
+            Self::LongStep { time, .. } if time == gains.dt() => *gains.correction(),
+            Self::LongStep { time, .. } => {
+                Dt::new(time.min(cap)).map_or([T::zero(); N], |dt| *design.gains(dt).correction())
+            }
+            Self::Placed { time, transition } => placed(design, &transition, time, cap),
+        }
+    }
+}
+
+/// Gains on the transition over `time` with the poles of one step of it, or of `cap` if that is shorter.
+fn placed<T: Real, D: Discretise<T, N>, const N: usize>(
+    design: &D,
+    transition: &State<SVector<T, N>, N>,
+    time: T,
+    cap: T,
+) -> [T; N] {
+    if time == T::zero() {
+        return [T::zero(); N];
+    }
+    place(transition, &design.characteristic(time.min(cap)), time).unwrap_or_else(|| {
+        // The gap is so long that its powers overflow: the measurement is all there is.
+        let mut all = [T::zero(); N];
+        all[0] = T::one();
+        all
+    })
+}
