@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import copy
 import pickle
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import compfilt as cf
 import numpy as np
 import pytest
+
+import compfilt as cf
 import reference as ref
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 CHAIN_4 = (6.0, 13.0, 12.0, 4.0)
 
@@ -87,6 +91,10 @@ FEW_NAMES = ("first order", "pi, matched", "butterworth 3, split 1", "third orde
 
 all_plain = pytest.mark.parametrize("case", PLAIN, ids=lambda case: case.name)
 all_cases = pytest.mark.parametrize("case", PLAIN + MATCHED, ids=lambda case: case.name)
+# The rate filter takes the change of its first signal: it has no impulse response from rest, and no separate prediction.
+all_linear_cases = pytest.mark.parametrize(
+    "case", [case for case in PLAIN + MATCHED if not case.is_rate], ids=lambda case: case.name
+)
 all_matched = pytest.mark.parametrize("case", MATCHED, ids=lambda case: case.name)
 few_cases = pytest.mark.parametrize(
     "case", [case for case in PLAIN + MATCHED if case.name in FEW_NAMES], ids=lambda case: case.name

@@ -3,11 +3,15 @@
 import copy
 import math
 
-import compfilt as cf
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import compfilt as cf
 from designs import (
     all_cases,
+    all_linear_cases,
     all_matched,
     all_plain,
     assert_same_bits,
@@ -18,8 +22,6 @@ from designs import (
     restored,
     same,
 )
-from hypothesis import assume, example, given, settings
-from hypothesis import strategies as st
 
 FS = 100.0
 
@@ -44,9 +46,7 @@ def signals(draw, channels=None):
     places = st.tuples(st.integers(0, 1), st.integers(0, rows - 1), st.integers(0, flat.shape[2] - 1))
     for place, value in draw(st.lists(st.tuples(places, values), max_size=6)):
         flat[place] = value
-    for (signal, row, channel), length in draw(
-        st.lists(st.tuples(places, st.integers(1, 30)), max_size=2)
-    ):
+    for (signal, row, channel), length in draw(st.lists(st.tuples(places, st.integers(1, 30)), max_size=2)):
         flat[signal, row : row + length, channel] = np.nan
     return pair
 
@@ -536,14 +536,14 @@ def test_arrays_of_anything_else_are_refused_by_name(bad):
         design.filter(bad, good, fs=FS)
     with pytest.raises(TypeError, match="derivative must"):
         design.estimate(good, bad, fs=FS)
-    with pytest.raises(TypeError, match="^y must"):
+    with pytest.raises(TypeError, match=r"^y must"):
         design.stream(fs=FS).process(bad, good)
-    with pytest.raises(TypeError, match="^u must"):
+    with pytest.raises(TypeError, match=r"^u must"):
         design.stream(fs=FS, channels=4).update(good, bad)
     with pytest.raises(TypeError, match="omega must"):
         design.frequency_response(bad)
     if bad is not None:
-        with pytest.raises(TypeError, match="^t must"):
+        with pytest.raises(TypeError, match=r"^t must"):
             design.filter(good, good, t=bad)
         with pytest.raises(TypeError, match="initial must"):
             design.filter(good, good, fs=FS, initial=bad)
@@ -556,17 +556,19 @@ def test_arrays_of_anything_else_are_refused_by_name(bad):
 def test_samples_of_anything_else_are_refused_by_name(bad):
     """One sample is no less strict than an array."""
     stream = cf.FirstOrder(1.0).stream(fs=FS, initial=0.0)
-    with pytest.raises(TypeError, match="^y must"):
+    with pytest.raises(TypeError, match=r"^y must"):
         stream.update(bad, 0.0)
-    with pytest.raises(TypeError, match="^u must"):
+    with pytest.raises(TypeError, match=r"^u must"):
         stream.update(0.0, bad)
-    with pytest.raises(TypeError, match="^u must"):
+    with pytest.raises(TypeError, match=r"^u must"):
         stream.predict(bad)
-    with pytest.raises(TypeError, match="^y must"):
+    with pytest.raises(TypeError, match=r"^y must"):
         stream.correct(bad)
 
 
-@pytest.mark.parametrize("number", [1, 1.0, np.float32(1), np.float64(1), np.int8(1), np.uint64(1), np.array(1.0)])
+@pytest.mark.parametrize(
+    "number", [1, 1.0, np.float32(1), np.float64(1), np.int8(1), np.uint64(1), np.array(1.0)]
+)
 def test_samples_may_be_any_real_number(number):
     stream = cf.FirstOrder(1.0).stream(fs=FS, initial=0.0)
     assert stream.update(number, number) == cf.FirstOrder(1.0).stream(fs=FS, initial=0.0).update(1.0, 1.0)
@@ -616,7 +618,7 @@ def test_overflow_starts_anew_in_every_row(case, dtype):
 def test_single_precision_is_near_double(case, seed):
     y, u = random_signals(1000, seed=seed, dtype=np.float32)
     if case.design.derivative_order > 2:
-        y, u = y * np.float32(0.1), u  # the same bound for the faster growing levels
+        y *= np.float32(0.1)  # the same bound for the faster growing levels
     single = case.design.filter(y, u, fs=FS, rule=case.rule, initial=0.5)
     double = case.design.filter(y.astype(float), u.astype(float), fs=FS, rule=case.rule, initial=0.5)
     np.testing.assert_allclose(single, double, rtol=0, atol=3e-5 * max(1.0, np.abs(double).max()))
@@ -624,25 +626,22 @@ def test_single_precision_is_near_double(case, seed):
 
 @all_plain
 @some
-@given(speed=speeds, seed=seeds, fs=st.floats(1.0, 1e4))
-@example(speed=1.0, seed=0, fs=10.0)
-def test_low_and_high_add_to_one(case, speed, seed, fs):
-    design = case.make(speed)
-    omega = 10 ** np.random.default_rng(seed).uniform(-2, 4, 30)
-    low, high = design.frequency_response(omega)
+@given(speed=speeds, seed=seeds, samples=st.floats(2.0, 100.0))
+def test_low_and_high_add_to_one(case, speed, seed, samples):
+    design, fs = case.make(speed), speed * samples
+    exponents = np.random.default_rng(seed).uniform(0, 1, 30)
+    low, high = design.frequency_response(speed * 1e6 ** (exponents - 0.5))
     np.testing.assert_allclose(low + high, 1, rtol=0, atol=1e-12)
-    omega = omega[omega < math.pi * fs]
-    rules = ["backward_euler", "matched"] if case.can_match and speed < fs else ["backward_euler"]
-    for rule in rules:
+    omega = 0.8 * math.pi * fs * 1e3 ** (exponents - 1)
+    for rule in ["backward_euler", "matched"] if case.can_match else ["backward_euler"]:
         low, high = design.frequency_response(omega, fs=fs, rule=rule)
         np.testing.assert_allclose(low + high, 1, rtol=0, atol=1e-7)
 
 
-@all_cases
+@all_linear_cases
 @few
 @given(seed=seeds, factor=st.sampled_from([-1.0, 0.5, 8.0]))
 def test_filter_is_linear(case, seed, factor):
-    assume(not case.is_rate)
     y, u = random_signals(200, seed=seed)
     keywords = {"fs": FS, "rule": case.rule, "initial": 0.0}
     both = case.design.filter(y, u, **keywords)

@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
-import reference as ref
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+
+import reference as ref
 
 DESIGNS = {
     "first order": ref.first_order(0.7),

@@ -1,8 +1,9 @@
 """The committed reference vectors through the library, in one call and sample by sample."""
 
-import compfilt as cf
 import numpy as np
 import pytest
+
+import compfilt as cf
 from designs import assert_same_bits
 from test_vectors_made import VECTORS, make
 
@@ -149,7 +150,9 @@ def test_tilt(name):
     np.testing.assert_allclose(estimate.angles, expected, rtol=0, atol=tolerance)
 
 
-@pytest.mark.parametrize("name", ["missing_pi.csv", "missing_split_2_1.csv", "missing_matched_third_order.csv"])
+@pytest.mark.parametrize(
+    "name", ["missing_pi.csv", "missing_split_2_1.csv", "missing_matched_third_order.csv"]
+)
 def test_gaps_are_flagged(name):
     header, columns = FILES[name]
     design = design_of(header)

@@ -48,7 +48,7 @@ impl Precision {
 /// A signal as a numpy array, with its name for messages.
 pub(crate) struct Signal<'py> {
     array: Bound<'py, PyUntypedArray>,
-    name: &'static str,
+    pub(crate) name: &'static str,
     pub(crate) precision: Precision,
 }
 

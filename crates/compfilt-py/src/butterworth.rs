@@ -1,6 +1,6 @@
 //! Butterworth poles of any order.
 
-use crate::design::{Kind, MAX_ORDER};
+use crate::design::{Kind, small};
 use crate::linear_filter::LinearFilter;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -51,15 +51,12 @@ impl Butterworth {
     #[allow(clippy::float_cmp)] // 1 is the default, not a computed value.
     fn new(
         omega0: f64,
-        order: usize,
+        order: i64,
         q: f64,
-        split: Option<usize>,
+        split: Option<i64>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        if !(1..=MAX_ORDER).contains(&order) {
-            return Err(PyValueError::new_err(format!(
-                "order must lie between 1 and {MAX_ORDER}, got {order}"
-            )));
-        }
+        let order = small("order", order)?;
+        let split = split.map(|split| small("split", split)).transpose()?;
         if order != 2 && q != 1.0 {
             return Err(PyValueError::new_err("q must be 1 unless order is 2"));
         }

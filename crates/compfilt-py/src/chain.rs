@@ -1,6 +1,6 @@
 //! Any chain, by its coefficients.
 
-use crate::design::{Kind, MAX_ORDER};
+use crate::design::{Kind, MAX_ORDER, small};
 use crate::linear_filter::LinearFilter;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -35,9 +35,11 @@ impl Chain {
     #[pyo3(signature = (coefficients, derivative_order=1, split=None))]
     fn new(
         coefficients: Vec<f64>,
-        derivative_order: usize,
-        split: Option<usize>,
+        derivative_order: i64,
+        split: Option<i64>,
     ) -> PyResult<PyClassInitializer<Self>> {
+        let derivative_order = small("derivative_order", derivative_order)?;
+        let split = split.map(|split| small("split", split)).transpose()?;
         if !(1..=MAX_ORDER).contains(&coefficients.len()) {
             return Err(PyValueError::new_err(format!(
                 "coefficients must be 1 to {MAX_ORDER} numbers, got {}",

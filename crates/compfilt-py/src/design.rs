@@ -15,6 +15,16 @@ use pyo3::exceptions::PyValueError;
 /// The highest order of a chain.
 pub(crate) const MAX_ORDER: usize = 6;
 
+/// An order or a number of terms: from 1 to the highest order.
+pub(crate) fn small(name: &str, value: i64) -> PyResult<usize> {
+    match usize::try_from(value) {
+        Ok(small @ 1..=MAX_ORDER) => Ok(small),
+        _ => Err(PyValueError::new_err(format!(
+            "{name} must lie between 1 and {MAX_ORDER}, got {value}"
+        ))),
+    }
+}
+
 /// What a person wants; the parameters are rounded to the scalar type only when the filter is made.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Kind {

@@ -224,7 +224,7 @@ impl LinearFilter {
         gap_cap: Option<f64>,
         backwards: &str,
         exact: bool,
-        workers: usize,
+        workers: i64,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let _ = exact;
@@ -274,7 +274,7 @@ impl LinearFilter {
         gap_cap: Option<f64>,
         backwards: &str,
         exact: bool,
-        workers: usize,
+        workers: i64,
     ) -> PyResult<Estimate> {
         let _ = exact;
         let (options, handling) =
@@ -318,7 +318,7 @@ impl LinearFilter {
         slf: &Bound<'py, Self>,
         py: Python<'py>,
         fs: Option<f64>,
-        channels: Option<usize>,
+        channels: Option<i64>,
         dtype: Option<&Bound<'py, PyAny>>,
         initial: Option<&Bound<'py, PyAny>>,
         rule: &str,
@@ -329,13 +329,14 @@ impl LinearFilter {
         hold: f64,
         gap_cap: Option<f64>,
         backwards: &str,
-        workers: usize,
+        workers: i64,
     ) -> PyResult<Stream> {
         let (options, handling) =
             checked(rule, input, period, delay, missing, hold, gap_cap, backwards, workers)?;
-        if channels == Some(0) {
-            return Err(PyValueError::new_err("channels must be 1 or more"));
-        }
+        let channels = match channels {
+            None => None,
+            Some(channels) => Some(crate::options::count("channels", channels)?.get()),
+        };
         let design = &slf.get().design;
         design.check_delay(options.delay)?;
         let precision = precision_of(dtype)?;

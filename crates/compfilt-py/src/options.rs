@@ -9,6 +9,14 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::num::NonZeroUsize;
 
+/// A number of things: 1 or more.
+pub(crate) fn count(name: &str, value: i64) -> PyResult<NonZeroUsize> {
+    usize::try_from(value)
+        .ok()
+        .and_then(NonZeroUsize::new)
+        .ok_or_else(|| PyValueError::new_err(format!("{name} must be 1 or more, got {value}")))
+}
+
 /// One of a few words.
 pub(crate) fn choice<V: Copy>(name: &str, value: &str, choices: &[(&str, V)]) -> PyResult<V> {
     choices.iter().find(|(word, _)| *word == value).map(|(_, chosen)| *chosen).ok_or_else(|| {
@@ -51,7 +59,7 @@ pub(crate) fn options(
 }
 
 /// What a call does with what it meets, checked.
-pub(crate) fn handling(missing: &str, backwards: &str, workers: usize) -> PyResult<Handling> {
+pub(crate) fn handling(missing: &str, backwards: &str, workers: i64) -> PyResult<Handling> {
     Ok(Handling {
         raise_missing: choice("missing", missing, &[("coast", false), ("raise", true)])?,
         backwards: choice(
@@ -59,7 +67,6 @@ pub(crate) fn handling(missing: &str, backwards: &str, workers: usize) -> PyResu
             backwards,
             &[("raise", Backwards::Raise), ("restart", Backwards::Restart)],
         )?,
-        workers: NonZeroUsize::new(workers)
-            .ok_or_else(|| PyValueError::new_err("workers must be 1 or more"))?,
+        workers: count("workers", workers)?,
     })
 }

@@ -80,8 +80,8 @@ impl<T: Scalar> Session<T> {
         let measurement = input.measurement.typed_apart_from::<T>(level0.as_ref())?;
         let derivative = input.derivative.typed_apart_from::<T>(level0.as_ref())?;
         if handling.raise_missing {
-            check_all_finite(columns(&measurement)?, "measurement")?;
-            check_all_finite(columns(&derivative)?, "derivative")?;
+            check_all_finite(columns(&measurement)?, input.measurement.name)?;
+            check_all_finite(columns(&derivative)?, input.derivative.name)?;
         }
         let mut levels_shape = vec![self.runner.order()];
         levels_shape.extend_from_slice(&shape);
@@ -130,10 +130,13 @@ impl<T: Scalar> Session<T> {
     pub(crate) fn set_state(&mut self, state: &State) -> PyResult<()> {
         let (order, channels) = (self.runner.order(), self.runner.channels());
         state.check(order, channels, T::NAME)?;
-        for (channel, numbers) in state.numbers.iter().enumerate() {
-            if !self.runner.restore(channel, numbers) {
-                return Err(PyValueError::new_err("the state belongs to another kind of filter"));
+        let before = self.state();
+        let mut stored = state.numbers.iter().enumerate();
+        if !stored.all(|(channel, numbers)| self.runner.restore(channel, numbers)) {
+            for (channel, numbers) in before.numbers.iter().enumerate() {
+                self.runner.restore(channel, numbers);
             }
+            return Err(PyValueError::new_err("the state belongs to another kind of filter"));
         }
         self.time = state.time;
         Ok(())
@@ -210,10 +213,18 @@ pub(crate) fn steps<T: Scalar>(
     }
 }
 
-/// The step of one sample: `None` for the sample period.
-pub(crate) fn step<T: Scalar>(fs: Option<f64>, dt: Option<f64>) -> PyResult<Option<Dt<T>>> {
+/// The step of one sample, `None` for the sample period; moves the time on.
+pub(crate) fn step<T: Scalar>(
+    fs: Option<f64>,
+    time: &mut Option<f64>,
+    dt: Option<f64>,
+) -> PyResult<Option<Dt<T>>> {
     match dt {
-        Some(dt) => Dt::new(T::literal(dt)).map(Some).map_err(crate::errors::value_error),
+        Some(dt) => {
+            let checked = Dt::new(T::literal(dt)).map_err(crate::errors::value_error)?;
+            *time = time.map(|time| time + dt);
+            Ok(Some(checked))
+        }
         None if fs.is_some() => Ok(None),
         None => Err(PyValueError::new_err("give dt in seconds: this stream has no fs")),
     }

@@ -10,6 +10,7 @@ use crate::state::State;
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyFloat;
 
 /// A filter at work: samples or blocks go in as they come, the state stays.
 ///
@@ -110,9 +111,9 @@ fn sample<T: Scalar>(
     channels: Option<usize>,
 ) -> PyResult<Vec<T>> {
     if channels.is_none()
-        && let Ok(number) = value.extract::<f64>()
+        && let Ok(number) = value.cast::<PyFloat>()
     {
-        return Ok(vec![T::literal(number)]);
+        return Ok(vec![T::literal(number.value())]);
     }
     let signal = Signal::new(value, name)?;
     let expected = channels.map_or(vec![], |channels| vec![channels]);
@@ -134,13 +135,13 @@ fn update<T: Scalar>(
     u: &Bound<'_, PyAny>,
     dt: Option<f64>,
 ) -> PyResult<()> {
-    let dt = step::<T>(session.fs, dt)?;
     // The common case, without an array.
     if channels.is_none()
         && !handling.raise_missing
-        && let (Ok(y), Ok(u)) = (y.extract::<f64>(), u.extract::<f64>())
+        && let (Ok(y), Ok(u)) = (y.cast::<PyFloat>(), u.cast::<PyFloat>())
     {
-        session.runner.update(0, T::literal(y), T::literal(u), dt);
+        let dt = step::<T>(session.fs, &mut session.time, dt)?;
+        session.runner.update(0, T::literal(y.value()), T::literal(u.value()), dt);
         return Ok(());
     }
     let y = sample::<T>(y, "y", channels)?;
@@ -150,6 +151,7 @@ fn update<T: Scalar>(
             "y or u is missing (NaN or infinite), and missing is \"raise\"",
         ));
     }
+    let dt = step::<T>(session.fs, &mut session.time, dt)?;
     for (channel, (y, u)) in y.into_iter().zip(u).enumerate() {
         session.runner.update(channel, y, u, dt);
     }
@@ -162,8 +164,9 @@ fn predict<T: Scalar>(
     u: &Bound<'_, PyAny>,
     dt: Option<f64>,
 ) -> PyResult<()> {
-    let dt = step::<T>(session.fs, dt)?;
-    for (channel, u) in sample::<T>(u, "u", channels)?.into_iter().enumerate() {
+    let u = sample::<T>(u, "u", channels)?;
+    let dt = step::<T>(session.fs, &mut session.time, dt)?;
+    for (channel, u) in u.into_iter().enumerate() {
         session.runner.predict(channel, u, dt);
     }
     Ok(())
@@ -358,7 +361,7 @@ pub(crate) fn checked(
     hold: f64,
     gap_cap: Option<f64>,
     backwards: &str,
-    workers: usize,
+    workers: i64,
 ) -> PyResult<(Options, Handling)> {
     Ok((
         options(rule, input, period, delay, hold, gap_cap)?,

@@ -140,7 +140,9 @@ impl<T: Scalar> Session<T> {
 
     pub(crate) fn set_state(&mut self, state: &State) -> PyResult<()> {
         state.check(self.runner.order(), 2, T::NAME)?;
+        let before = self.runner.store();
         if !self.runner.restore(&state.numbers) {
+            self.runner.restore(&before);
             return Err(PyValueError::new_err("the state belongs to another kind of filter"));
         }
         self.time = state.time;

@@ -135,13 +135,13 @@ fn update<'py, T: Scalar>(
     acc: &Bound<'py, PyAny>,
     dt: Option<f64>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let dt = step::<T>(session.fs, dt)?;
     let (gyr, acc) = (three::<T>(gyr, "gyr")?, three::<T>(acc, "acc")?);
     if handling.raise_missing && !gyr.iter().chain(acc.iter()).all(|x| x.is_finite()) {
         return Err(PyValueError::new_err(
             "gyr or acc is missing (NaN or infinite), and missing is \"raise\"",
         ));
     }
+    let dt = step::<T>(session.fs, &mut session.time, dt)?;
     let angles = session.runner.update(&gyr, &acc, dt);
     Ok(PyArray1::from_iter(py, angles.iter().copied()).into_any())
 }

@@ -67,11 +67,16 @@ impl<T: Real, const N: usize> Elapsed<T, N> {
     ) -> [T; N] {
         match *self {
             Self::None => [T::zero(); N],
-            Self::One { dt } if dt <= cap => *gains.correction(),
-            Self::One { dt } => placed(design, &D::transition(gains), dt, cap),
-            Self::LongStep { time, .. } if time == gains.dt() => *gains.correction(),
-            Self::LongStep { time, .. } => {
+            Self::One { dt: time } | Self::LongStep { time, .. }
+                if time == gains.dt() && time <= cap =>
+            {
+                *gains.correction()
+            }
+            Self::One { dt: time } | Self::LongStep { time, .. } if D::LONG_STEPS => {
                 Dt::new(time.min(cap)).map_or([T::zero(); N], |dt| *design.gains(dt).correction())
+            }
+            Self::One { dt: time } | Self::LongStep { time, .. } => {
+                placed(design, &D::transition(gains), time, cap)
             }
             Self::Placed { time, transition } => placed(design, &transition, time, cap),
         }

@@ -98,18 +98,30 @@ impl<T: Real, R: AsRef<[Past<T>]> + AsMut<[Past<T>]>> History<T, R> {
         self.delay
     }
 
-    /// The stored estimates, newest first.
+    /// The estimates to which a measurement may still belong, newest first: back to the first one as old as the delay.
     pub fn iter(&self) -> impl Iterator<Item = Past<T>> {
+        let (mut age, mut age_of_newer) = (T::zero(), T::zero());
+        self.stored().take_while(move |past| {
+            let newer_is_young = age_of_newer < self.delay;
+            age_of_newer = age;
+            age += past.dt;
+            newer_is_young
+        })
+    }
+
+    /// Whether the next step might push out an estimate that is still needed.
+    pub fn is_short(&self) -> bool {
+        let capacity = self.ring.as_ref().len();
+        let all_but_two = self.stored().take(capacity - 2);
+        self.filled == capacity
+            && all_but_two.fold(T::zero(), |age, past| age + past.dt) < self.delay
+    }
+
+    fn stored(&self) -> impl Iterator<Item = Past<T>> {
         let ring = self.ring.as_ref();
         let before_wrap = ring.get(..=self.newest).unwrap_or_default();
         let after_wrap = ring.get(self.newest + 1..).unwrap_or_default();
         before_wrap.iter().rev().chain(after_wrap.iter().rev()).take(self.filled).copied()
-    }
-
-    /// Whether the ring is full and its oldest estimate is younger than the delay.
-    pub fn is_short(&self) -> bool {
-        let reach = self.iter().fold(T::zero(), |age, past| age + past.dt);
-        self.filled == self.ring.as_ref().len() && reach < self.delay
     }
 
     /// Forgets everything.

@@ -146,9 +146,9 @@ impl<T: Real> RateInputs<T> {
         Self { gyro: rate, integral: rate, angular_acceleration: Held::new() }
     }
 
-    /// [`convert`](Self::convert) for samples that may be missing: NaN or infinite. A missing gyro sample changes
-    /// nothing until the next one bridges the gap; a missing angular acceleration is held for `hold` seconds, then counts
-    /// as zero. Before the first gyro sample the integral is NaN.
+    /// [`convert`](Self::convert) for samples that may be missing: NaN or infinite. A missing gyro sample is taken to have
+    /// moved with the angular acceleration; a missing angular acceleration is held for `hold` seconds, then counts as
+    /// zero. Before the first gyro sample the integral is NaN.
     pub fn prepare(&mut self, gyro: T, angular_acceleration: T, dt: T, hold: T) -> (T, T, Flags) {
         let (held, mut flags) = self.angular_acceleration.take(angular_acceleration, dt, hold);
         if !gyro.is_finite() {
@@ -157,7 +157,7 @@ impl<T: Real> RateInputs<T> {
             self.gyro = gyro;
             self.integral = gyro;
         }
-        let (integral, change) = self.convert(gyro.finite_or(self.gyro), held, dt);
+        let (integral, change) = self.convert(gyro.finite_or(self.gyro + dt * held), held, dt);
         (integral, change, flags)
     }
 

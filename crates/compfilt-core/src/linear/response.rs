@@ -57,27 +57,19 @@ fn branches<T: Real, D: Discretise<T, N>, const N: usize>(
     gains: &D::Gains,
     w: Complex<T>,
 ) -> Option<FrequencyResponse<T>> {
-    let z = w + real(T::one());
-    let open = open_loop::<T, D, N>(gains, w);
     let mut predicted_correction = State { levels: *gains.correction() };
     gains.predict(&mut predicted_correction, T::zero());
-    let mut input = State { levels: [T::zero(); N] };
-    gains.predict(&mut input, T::one());
 
-    // Low: (z I - Φ) v = Φ L, low = (v_0 + L_0)/(1 + v_0).
+    // (z I - Φ) v = Φ L, low = (v_0 + L_0)/(1 + v_0).
     let first_gain = *gains.correction().first()?;
+    let open = open_loop::<T, D, N>(gains, w);
     let v = *solve(open, predicted_correction.levels.map(real))?.first()?;
-    let low = (v + real(first_gain)) / (v + real(T::one()));
+    let sum = v + real(T::one());
+    let low = (v + real(first_gain)) / sum;
 
-    // High: the closed loop's answer to the input over the open loop's.
-    let mut closed = open;
-    for (row, l) in closed.iter_mut().zip(&predicted_correction.levels) {
-        *row.first_mut()? += real(*l);
-    }
-    let driven = input.levels.map(|level| z * level);
-    let answer = *solve(closed, driven)?.first()? * (T::one() - first_gain);
-    let integrated = *solve(open, driven)?.first()?;
-    let high = answer / integrated;
+    // The closed loop's answer to an input over the open loop's is the same for every input, by the matrix inversion
+    // lemma; as a quotient it would be 0/0 where the open loop has a zero (matched, Nyquist frequency).
+    let high = real(T::one() - first_gain) / sum;
     (finite(low) && finite(high)).then_some(FrequencyResponse { low, high })
 }
 

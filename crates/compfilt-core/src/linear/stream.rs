@@ -4,6 +4,7 @@ use super::chain::correct_with;
 use super::{Discretise, Elapsed, Flags, Held, Hindsight, Recurrence, State};
 use crate::error::positive;
 use crate::{Dt, Error, Real, Rule};
+use nalgebra::ComplexField;
 
 /// How the input is taken within a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -201,7 +202,7 @@ impl<T: Real, D: Copy> Stream<T, D> {
         let correction = state.elapsed.correction(&self.design, gains, self.gap_cap);
         correct_with(&correction, &mut state.levels, self.wrap(innovation));
         state.elapsed = Elapsed::None;
-        if state.level0().is_finite() {
+        if state.levels.levels.iter().all(ComplexField::is_finite) {
             return Flags::default();
         }
         state.start(y);
