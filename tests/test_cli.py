@@ -9,6 +9,7 @@ import sys
 import pyarrow.csv
 import pyarrow.parquet as pq
 import pytest
+
 from compfilt.__main__ import main
 
 RECIPE = """

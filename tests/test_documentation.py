@@ -5,6 +5,9 @@ from pathlib import Path
 
 import pytest
 
+import compfilt
+from compfilt.logs.recipe import load_recipe
+
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
@@ -32,8 +35,6 @@ def test_the_rust_example_is_the_tested_one():
 
 
 def test_the_recipe_example_loads(tmp_path):
-    from compfilt.logs.recipe import load_recipe
-
     path = tmp_path / "readme.toml"
     path.write_text(blocks(PAGES[0], "toml")[0])
     assert load_recipe(path).filter.kind == "tilt"
@@ -47,7 +48,5 @@ def test_links_to_files_lead_somewhere(page):
 
 
 def test_versions_agree():
-    import compfilt
-
     manifest = (ROOT / "Cargo.toml").read_text()
     assert f'version = "{compfilt.__version__}"' in manifest

@@ -4,15 +4,16 @@ import itertools
 import pickle
 from pathlib import Path
 
-import compfilt as cf
 import numpy as np
 import pyarrow as pa
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import compfilt as cf
 from compfilt.logs.errors import LogError, RecipeError
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.recipe import load_recipe, parse_recipe
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 

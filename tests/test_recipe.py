@@ -5,6 +5,7 @@ import pickle
 from pathlib import Path
 
 import pytest
+
 from compfilt.logs.errors import RecipeError
 from compfilt.logs.recipe import load_recipe, parse_recipe
 

@@ -1,19 +1,16 @@
 """The tilt filters on real recordings, where they are at hand."""
 
 import os
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import accuracy
 import compfilt as cf
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = Path(os.environ.get("COMPFILT_RECORDINGS", ROOT.parent / "shared" / "broad"))
-
-sys.path.insert(0, str(ROOT / "benches"))
-import accuracy
 
 pytestmark = pytest.mark.skipif(
     not any(FOLDER.glob("*.parquet")), reason="no recordings: set COMPFILT_RECORDINGS to a folder of them"

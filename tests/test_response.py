@@ -113,7 +113,7 @@ def test_half_at_the_corner_of_the_first_order():
 
 
 @all_cases
-@settings(max_examples=10)
+@settings(max_examples=5)
 @given(speed=st.floats(0.1, 20.0), samples=st.floats(2.0, 100.0))
 def test_discrete_response_is_the_references(case, speed, samples):
     """Multiple poles cost the reference half its digits in the matched rule; at the Nyquist frequency the integral is zero."""

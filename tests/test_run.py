@@ -11,6 +11,7 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet as pq
 import pytest
+
 from compfilt.logs import readers, run_log, run_logs, writers
 from compfilt.logs.errors import LogError, UsageError
 from compfilt.logs.pipeline import Pipeline

@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from pyarrow import csv, parquet
+
 from compfilt import motion, simulate
 from compfilt.simulate import SensorErrors, child_seat
-from pyarrow import csv, parquet
 
 PERFECT = SensorErrors.none()
 DEGREE = math.pi / 180.0

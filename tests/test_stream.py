@@ -92,7 +92,7 @@ def test_predict_and_correct_are_an_update(case, dtype):
         two.state = one.state
         expected = one.update(sample, rate, dt)
         predicted = two.predict(rate, dt)
-        assert two.correct(sample) == pytest.approx(expected, rel=0, abs=20 * np.finfo(dtype).eps)
+        assert two.correct(sample) == pytest.approx(expected, rel=0, abs=float(20 * np.finfo(dtype).eps))
         assert np.isfinite(sample) or predicted == expected
 
 

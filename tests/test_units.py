@@ -3,10 +3,11 @@
 import math
 
 import pytest
-from compfilt.logs import units
-from compfilt.logs.units import UnitError, parse_quantity, parse_unit
 from hypothesis import given
 from hypothesis import strategies as st
+
+from compfilt.logs import units
+from compfilt.logs.units import UnitError, parse_quantity, parse_unit
 
 KNOWN = sorted(units._UNITS)
 

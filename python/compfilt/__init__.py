@@ -31,7 +31,28 @@ if _debug_build:
 
 
 class Flags(IntFlag):
-    """What happened to a sample: a set of bits in ``Estimate.flags``."""
+    """What happened to a sample: a set of bits in ``Estimate.flags``.
+
+    Attributes
+    ----------
+    MEASUREMENT_MISSING
+        The measurement was missing (NaN or infinite): the sample is predicted only.
+    DERIVATIVE_HELD
+        The derivative was missing: the last one was held.
+    DERIVATIVE_MISSING
+        It has been missing for longer than ``hold``: it counted as zero.
+    NOT_STARTED
+        No measurement has come yet: the output is NaN.
+    RESTARTED
+        The filter started anew: after an overflow, or after a gap in a log.
+
+    Examples
+    --------
+    >>> import compfilt as cf
+    >>> flags = cf.FirstOrder(1.0).estimate([0.0, float("nan")], [0.0, 0.0], fs=10.0).flags
+    >>> cf.Flags(flags[1]) == cf.Flags.MEASUREMENT_MISSING
+    True
+    """
 
     MEASUREMENT_MISSING = 1
     DERIVATIVE_HELD = 2

@@ -55,7 +55,7 @@ pub(crate) struct Signal<'py> {
 impl<'py> Signal<'py> {
     /// Takes an array, or what numpy can make one of. float32 stays, other real numbers become float64.
     pub(crate) fn new(object: &Bound<'py, PyAny>, name: &'static str) -> PyResult<Self> {
-        let array = match object.cast::<PyUntypedArray>() {
+        let array = match object.cast_exact::<PyUntypedArray>() {
             Ok(array) => array.clone(),
             Err(_) => asarray(object, name)?,
         };
@@ -147,11 +147,33 @@ fn borrow<'py, T: Scalar>(
 }
 
 fn asarray<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, PyUntypedArray>> {
-    let array =
-        object.py().import("numpy")?.call_method1("asarray", (object,)).map_err(|error| {
+    let numpy = object.py().import("numpy")?;
+    let is_masked: bool =
+        numpy.getattr("ma")?.call_method1("isMaskedArray", (object,))?.extract()?;
+    if is_masked {
+        return filled(object, name);
+    }
+    let array = numpy.call_method1("asarray", (object,)).map_err(|error| {
+        let py = object.py();
+        // What the object's own conversion raises, an interrupt for example, is not ours to rename.
+        if error.is_instance_of::<PyTypeError>(py) || error.is_instance_of::<PyValueError>(py) {
             PyTypeError::new_err(format!("{name} must be an array of numbers: {error}"))
-        })?;
+        } else {
+            error
+        }
+    })?;
     Ok(array.cast_into::<PyUntypedArray>()?)
+}
+
+/// A masked sample is a missing one.
+fn filled<'py>(masked: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, PyUntypedArray>> {
+    let kind: String = masked.getattr("dtype")?.getattr("kind")?.extract()?;
+    let float = match kind.as_str() {
+        "f" => masked.clone(),
+        "i" | "u" => masked.call_method1("astype", (f64::NAME,))?,
+        _ => return Err(PyTypeError::new_err(format!("{name} must hold real numbers"))),
+    };
+    Ok(float.call_method1("filled", (f64::NAN,))?.cast_into::<PyUntypedArray>()?)
 }
 
 /// Whether every element lies at a multiple of its size: an array cut out of packed records may not.

@@ -11,6 +11,7 @@ use compfilt_core::{Discretise, Dt, Recurrence};
 use numpy::ndarray::{ArrayView2, ArrayViewMut2, ArrayViewMut3, Axis, Slice};
 use pyo3::PyResult;
 use std::num::NonZeroUsize;
+use std::panic::resume_unwind;
 
 /// Rows after which the next channel has its turn, so that a block of rows stays in the cache.
 const ROWS: usize = 256;
@@ -165,7 +166,7 @@ impl<T: Scalar, const N: usize> Channel<T, N> {
         y: T,
         u: T,
     ) -> Flags {
-        let (y, u, mut flags) = match &mut self.rate {
+        let (measurement, u, mut flags) = match &mut self.rate {
             None => (y, u, Flags::default()),
             Some(inputs) => {
                 let prepared = inputs.prepare(y, u, gains.dt(), hold);
@@ -176,7 +177,11 @@ impl<T: Scalar, const N: usize> Channel<T, N> {
             }
         };
         self.memory.make_room();
-        flags = flags | stream.update(gains, &mut self.state, y, u, &mut self.memory);
+        flags |= stream.update(gains, &mut self.state, measurement, u, &mut self.memory);
+        if self.rate.is_some() && flags.contains(Flags::RESTARTED) {
+            self.state.start(y);
+            self.rate = Some(RateInputs::new(y));
+        }
         flags
     }
 
@@ -392,7 +397,10 @@ where
                     scope.spawn(move || run(stream, hold, gains, channels, block))
                 })
                 .collect();
-            threads.into_iter().filter_map(|thread| thread.join().ok()).next().unwrap_or(gains)
+            let joined = threads.into_iter().map(std::thread::ScopedJoinHandle::join);
+            let gains_after =
+                joined.map(|gains| gains.unwrap_or_else(|panic| resume_unwind(panic)));
+            gains_after.last().unwrap_or(gains)
         });
     }
 

@@ -24,6 +24,15 @@ use pyo3::types::{PyDict, PyTuple};
 ///     How many samples carry each flag.
 /// state : State
 ///     For ``initial=`` of the next call: the filter continues as if undisturbed.
+///
+/// Examples
+/// --------
+/// >>> import compfilt as cf
+/// >>> estimate = cf.ThirdOrder(1.0).estimate([1.0, 1.0], [0.0, 0.0], fs=10.0)
+/// >>> estimate.level_names
+/// ('position', 'velocity', 'minus_bias')
+/// >>> estimate.position
+/// array([1., 1.])
 #[pyclass(frozen, module = "compfilt._core")]
 pub(crate) struct Estimate {
     #[pyo3(get)]

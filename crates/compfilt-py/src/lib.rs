@@ -10,6 +10,10 @@
 //! | `errors`, `options` | errors and keywords, once |
 //! | the rest | one wrapper a family |
 #![forbid(unsafe_code)]
+// The documentation of the classes is Python's: numpy style, no Markdown.
+#![allow(clippy::doc_markdown)]
+// Array views are passed by value, as slices are.
+#![allow(clippy::needless_pass_by_value)]
 
 mod arrays;
 mod batch;

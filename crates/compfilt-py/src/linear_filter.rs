@@ -144,7 +144,7 @@ impl LinearFilter {
     /// Parameters
     /// ----------
     /// measurement : array_like, shape (n,) or (n, channels)
-    ///     The absolute signal y, for example an angle in rad. Time is axis 0. NaN or infinite: missing.
+    ///     The absolute signal y, for example an angle in rad. Time is axis 0. NaN, infinite or masked: missing.
     /// derivative : array_like, shaped like measurement
     ///     The signal u: the M-th derivative of y, per s^M. One sample is the mean over the step that it ends.
     /// fs : float
@@ -231,7 +231,7 @@ impl LinearFilter {
         let (options, handling) =
             checked(rule, input, period, delay, missing, hold, gap_cap, backwards, workers)?;
         let call = Call::new(measurement, derivative, fs, t, initial)?;
-        let wanted = Wanted { level0: Some(out), levels: false };
+        let wanted = Wanted::Level0(out);
         let (results, _) = call.run(py, &self.design, &options, handling, &wanted)?;
         Ok(results.level0.unwrap_or_else(|| py.None().into_bound(py)))
     }
@@ -280,7 +280,7 @@ impl LinearFilter {
         let (options, handling) =
             checked(rule, input, period, delay, missing, hold, gap_cap, backwards, workers)?;
         let call = Call::new(measurement, derivative, fs, t, initial)?;
-        let wanted = Wanted { level0: None, levels: true };
+        let wanted = Wanted::Levels;
         let (results, state) = call.run(py, &self.design, &options, handling, &wanted)?;
         estimate(py, &self.design, results, state)
     }

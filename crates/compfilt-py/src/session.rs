@@ -15,7 +15,7 @@ use pyo3::prelude::*;
 use std::num::NonZeroUsize;
 
 /// What a caller chooses beside the filter's own options.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 pub(crate) struct Handling {
     pub(crate) raise_missing: bool,
     pub(crate) backwards: Backwards,
@@ -31,10 +31,11 @@ pub(crate) struct Session<T: Scalar> {
 }
 
 /// Which results a caller wants.
-pub(crate) struct Wanted<'a, 'py> {
-    /// `None`: no level 0. `Some(None)`: a new array. `Some(out)`: into that array.
-    pub(crate) level0: Option<Option<&'a Bound<'py, PyAny>>>,
-    pub(crate) levels: bool,
+pub(crate) enum Wanted<'a, 'py> {
+    /// Level 0, in a new array or in the one given.
+    Level0(Option<&'a Bound<'py, PyAny>>),
+    /// All levels and flags.
+    Levels,
 }
 
 /// The arrays of a call.
@@ -72,10 +73,10 @@ impl<T: Scalar> Session<T> {
         check_same_shape(input.measurement, input.derivative)?;
         let shape = input.measurement.shape().to_vec();
         let (steps, time) = steps::<T>(input.t, self.fs, self.time, shape[0], handling.backwards)?;
-        let level0 = match wanted.level0 {
-            None => None,
-            Some(Some(out)) => Some(output::<T>(out, &shape)?),
-            Some(None) => Some(PyArrayDyn::<T>::zeros(py, IxDyn(&shape), false)),
+        let level0 = match *wanted {
+            Wanted::Levels => None,
+            Wanted::Level0(Some(out)) => Some(output::<T>(out, &shape)?),
+            Wanted::Level0(None) => Some(PyArrayDyn::<T>::zeros(py, IxDyn(&shape), false)),
         };
         let measurement = input.measurement.typed_apart_from::<T>(level0.as_ref())?;
         let derivative = input.derivative.typed_apart_from::<T>(level0.as_ref())?;
@@ -83,10 +84,11 @@ impl<T: Scalar> Session<T> {
             check_all_finite(columns(&measurement)?, input.measurement.name)?;
             check_all_finite(columns(&derivative)?, input.derivative.name)?;
         }
+        let keep_levels = matches!(wanted, Wanted::Levels);
         let mut levels_shape = vec![self.runner.order()];
         levels_shape.extend_from_slice(&shape);
-        let levels = wanted.levels.then(|| PyArrayDyn::<T>::zeros(py, IxDyn(&levels_shape), false));
-        let flags = wanted.levels.then(|| PyArrayDyn::<u8>::zeros(py, IxDyn(&shape), false));
+        let levels = keep_levels.then(|| PyArrayDyn::<T>::zeros(py, IxDyn(&levels_shape), false));
+        let flags = keep_levels.then(|| PyArrayDyn::<u8>::zeros(py, IxDyn(&shape), false));
         {
             let mut level0 = level0.as_ref().map(writable).transpose()?;
             let mut levels = levels.as_ref().map(writable).transpose()?;

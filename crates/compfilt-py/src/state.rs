@@ -144,7 +144,7 @@ impl Reader<'_> {
 
 /// The state of a filter between two samples: picklable, comparable, independent of the sample rate.
 ///
-/// It comes from ``Stream.state`` and ``Estimate.state`` and goes into ``initial=`` or ``Stream.state``; the filter
+/// It is not made by hand: it comes from ``Stream.state`` and ``Estimate.state`` and goes into ``initial=`` or ``Stream.state``; the filter
 /// then continues bit for bit as if it had not been interrupted.
 ///
 /// Attributes

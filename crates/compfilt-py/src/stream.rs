@@ -7,6 +7,7 @@ use crate::estimate::Estimate;
 use crate::options::{handling, options};
 use crate::session::{AnySession, Handling, Input, Results, Session, Wanted, step, with_session};
 use crate::state::State;
+use compfilt_core::nalgebra::ComplexField;
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -146,11 +147,8 @@ fn update<T: Scalar>(
     }
     let y = sample::<T>(y, "y", channels)?;
     let u = sample::<T>(u, "u", channels)?;
-    if handling.raise_missing && !y.iter().chain(&u).all(|value| value.is_finite()) {
-        return Err(PyValueError::new_err(
-            "y or u is missing (NaN or infinite), and missing is \"raise\"",
-        ));
-    }
+    check_present(&y, "y", handling)?;
+    check_present(&u, "u", handling)?;
     let dt = step::<T>(session.fs, &mut session.time, dt)?;
     for (channel, (y, u)) in y.into_iter().zip(u).enumerate() {
         session.runner.update(channel, y, u, dt);
@@ -158,13 +156,24 @@ fn update<T: Scalar>(
     Ok(())
 }
 
+fn check_present<T: Scalar>(values: &[T], name: &str, handling: Handling) -> PyResult<()> {
+    if handling.raise_missing && !values.iter().all(ComplexField::is_finite) {
+        return Err(PyValueError::new_err(format!(
+            "{name} is missing (NaN or infinite), and missing is \"raise\""
+        )));
+    }
+    Ok(())
+}
+
 fn predict<T: Scalar>(
     session: &mut Session<T>,
     channels: Option<usize>,
+    handling: Handling,
     u: &Bound<'_, PyAny>,
     dt: Option<f64>,
 ) -> PyResult<()> {
     let u = sample::<T>(u, "u", channels)?;
+    check_present(&u, "u", handling)?;
     let dt = step::<T>(session.fs, &mut session.time, dt)?;
     for (channel, u) in u.into_iter().enumerate() {
         session.runner.predict(channel, u, dt);
@@ -175,9 +184,12 @@ fn predict<T: Scalar>(
 fn correct<T: Scalar>(
     session: &mut Session<T>,
     channels: Option<usize>,
+    handling: Handling,
     y: &Bound<'_, PyAny>,
 ) -> PyResult<()> {
-    for (channel, y) in sample::<T>(y, "y", channels)?.into_iter().enumerate() {
+    let y = sample::<T>(y, "y", channels)?;
+    check_present(&y, "y", handling)?;
+    for (channel, y) in y.into_iter().enumerate() {
         session.runner.correct(channel, y);
     }
     Ok(())
@@ -227,7 +239,7 @@ impl Stream {
         u: &Bound<'py, PyAny>,
         t: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let wanted = Wanted { level0: Some(None), levels: false };
+        let wanted = Wanted::Level0(None);
         let results = self.run(py, y, u, t, &wanted)?;
         Ok(results.level0.unwrap_or_else(|| py.None().into_bound(py)))
     }
@@ -241,7 +253,7 @@ impl Stream {
         u: &Bound<'py, PyAny>,
         t: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Estimate> {
-        let wanted = Wanted { level0: None, levels: true };
+        let wanted = Wanted::Levels;
         let results = self.run(py, y, u, t, &wanted)?;
         let state = with_session!(&self.session, session => session.state());
         estimate(py, &self.design, results, state)
@@ -258,8 +270,8 @@ impl Stream {
         if self.design.is_rate() {
             return Err(PyValueError::new_err("the rate filter takes both signals: use update"));
         }
-        let channels = self.channels;
-        with_session!(&mut self.session, session => predict(session, channels, u, dt))?;
+        let (channels, handling) = (self.channels, self.handling);
+        with_session!(&mut self.session, session => predict(session, channels, handling, u, dt))?;
         self.output(py)
     }
 
@@ -275,8 +287,8 @@ impl Stream {
         if self.design.is_rate() {
             return Err(PyValueError::new_err("the rate filter takes both signals: use update"));
         }
-        let channels = self.channels;
-        with_session!(&mut self.session, session => correct(session, channels, y))?;
+        let (channels, handling) = (self.channels, self.handling);
+        with_session!(&mut self.session, session => correct(session, channels, handling, y))?;
         self.output(py)
     }
 
@@ -299,9 +311,13 @@ impl Stream {
 
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
         other.cast::<Self>().ok().and_then(|other| other.try_borrow().ok()).is_some_and(|other| {
+            let fs = |stream: &Self| with_session!(&stream.session, session => session.fs);
+            let workers = other.handling.workers;
             self.design == other.design
                 && self.options == other.options
                 && self.channels == other.channels
+                && fs(self) == fs(&other)
+                && Handling { workers, ..self.handling } == other.handling
                 && self.state() == other.state()
         })
     }

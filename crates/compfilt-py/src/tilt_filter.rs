@@ -57,11 +57,10 @@ impl PartialEq for TiltFilter {
     }
 }
 
-impl TiltFilter {
-    fn options(&self, rule: &str, hold: f64, gap_cap: Option<f64>) -> PyResult<Options> {
-        let input = Input::Sample;
-        Ok(Options { rule: self::rule(rule)?, input, period: None, delay: 0.0, hold, gap_cap })
-    }
+/// The options that make sense for angles: their period is the filter's own.
+fn options(rule: &str, hold: f64, gap_cap: Option<f64>) -> PyResult<Options> {
+    let input = Input::Sample;
+    Ok(Options { rule: self::rule(rule)?, input, period: None, delay: 0.0, hold, gap_cap })
 }
 
 #[pymethods]
@@ -165,7 +164,7 @@ impl TiltFilter {
         backwards: &str,
     ) -> PyResult<TiltEstimate> {
         let handling = handling(missing, backwards, 1)?;
-        let options = self.options(rule, hold, gap_cap)?;
+        let options = options(rule, hold, gap_cap)?;
         let signals = Signals::new(gyr, acc, t)?;
         if fs.is_some() == t.is_some() {
             return Err(PyValueError::new_err("give fs in Hz or t in seconds, one of them"));
@@ -220,7 +219,7 @@ impl TiltFilter {
     ) -> PyResult<TiltStream> {
         let handling = handling(missing, backwards, 1)?;
         let this = slf.get();
-        let options = this.options(rule, hold, gap_cap)?;
+        let options = options(rule, hold, gap_cap)?;
         let precision = precision_of(dtype)?;
         let mut session =
             AnySession::new(precision, &this.design.design, this.settings, &options, fs)?;

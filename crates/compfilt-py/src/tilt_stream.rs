@@ -7,7 +7,7 @@ use crate::session::{Handling, step};
 use crate::state::State;
 use crate::tilt_filter::TiltFilter;
 use crate::tilt_session::{AnySession, Arrays, Session, Signals, with_tilt};
-use compfilt_core::nalgebra::Vector3;
+use compfilt_core::nalgebra::{ComplexField, Vector3};
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::exceptions::{PyAttributeError, PyValueError};
 use pyo3::prelude::*;
@@ -28,6 +28,13 @@ use pyo3::types::PyDict;
 /// counts : dict
 ///     How many samples carry each flag.
 /// state : State
+///
+/// Examples
+/// --------
+/// >>> import compfilt as cf
+/// >>> estimate = cf.TiltFilter(cf.FirstOrder(1.0)).estimate([[0.0, 0.0, 0.0]], [[0.0, 0.0, 9.81]], fs=100.0)
+/// >>> estimate.roll
+/// array([0.])
 #[pyclass(frozen, module = "compfilt._core")]
 pub(crate) struct TiltEstimate {
     #[pyo3(get)]
@@ -136,7 +143,7 @@ fn update<'py, T: Scalar>(
     dt: Option<f64>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (gyr, acc) = (three::<T>(gyr, "gyr")?, three::<T>(acc, "acc")?);
-    if handling.raise_missing && !gyr.iter().chain(acc.iter()).all(|x| x.is_finite()) {
+    if handling.raise_missing && !gyr.iter().chain(acc.iter()).all(ComplexField::is_finite) {
         return Err(PyValueError::new_err(
             "gyr or acc is missing (NaN or infinite), and missing is \"raise\"",
         ));

@@ -49,10 +49,12 @@ pub fn tilt<T: Real>(axes: Axes, f: &Vector3<T>) -> Option<Vector2<T>> {
     // The squares of very small or large forces would vanish or overflow.
     let f = f / largest;
     let length = |a: T, b: T| (a * a + b * b).sqrt();
+    // Not -0, whose angle would be -0 or -π.
+    let minus = |a: T| T::zero() - a;
     Some(match axes {
-        Axes::Flu => Vector2::new(f.y.atan2(f.z), (-f.x).atan2(length(f.y, f.z))),
-        Axes::Frd => Vector2::new((-f.y).atan2(-f.z), f.x.atan2(length(f.y, f.z))),
-        Axes::Cube => Vector2::new((-f.z).atan2(length(f.x, f.y)), f.y.atan2(-f.x)),
+        Axes::Flu => Vector2::new(f.y.atan2(f.z), minus(f.x).atan2(length(f.y, f.z))),
+        Axes::Frd => Vector2::new(minus(f.y).atan2(minus(f.z)), f.x.atan2(length(f.y, f.z))),
+        Axes::Cube => Vector2::new(minus(f.z).atan2(length(f.x, f.y)), f.y.atan2(minus(f.x))),
     })
 }
 

@@ -72,11 +72,13 @@ impl<T: Real, const N: usize> Elapsed<T, N> {
             {
                 *gains.correction()
             }
-            Self::One { dt: time } | Self::LongStep { time, .. } if D::LONG_STEPS => {
-                Dt::new(time.min(cap)).map_or([T::zero(); N], |dt| *design.gains(dt).correction())
+            // Other gains than the last prediction's may have come in between, with a stored state.
+            Self::One { dt } if dt > cap && !D::LONG_STEPS => {
+                let gains = Dt::new(dt).map_or(*gains, |dt| design.gains(dt));
+                placed(design, &D::transition(&gains), dt, cap)
             }
             Self::One { dt: time } | Self::LongStep { time, .. } => {
-                placed(design, &D::transition(gains), time, cap)
+                Dt::new(time.min(cap)).map_or([T::zero(); N], |dt| *design.gains(dt).correction())
             }
             Self::Placed { time, transition } => placed(design, &transition, time, cap),
         }

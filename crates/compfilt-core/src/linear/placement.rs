@@ -56,7 +56,7 @@ pub(crate) fn place<T: Real, const N: usize>(
 type Square<T, const N: usize> = [[T; N]; N];
 
 /// `ν_ij tau^{i-j}`: the transition without the identity, in levels of one unit.
-fn scaled_departure<T: Real, const N: usize>(
+pub(crate) fn scaled_departure<T: Real, const N: usize>(
     transition: &State<SVector<T, N>, N>,
     tau: T,
 ) -> Square<T, N> {

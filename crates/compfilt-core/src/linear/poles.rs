@@ -77,7 +77,7 @@ fn quadratic<T: Real, const N: usize>(coefficients: &[T; N]) -> Option<[Complex<
     } else {
         // The larger root without cancellation, the smaller by the product of both.
         let large = half - discriminant.sqrt();
-        (real(large), real(k2 / large))
+        (real(k2 / large), real(large))
     };
     let mut roots = [first; N];
     *roots.last_mut()? = second;

@@ -148,7 +148,8 @@ impl<T: Real> RateInputs<T> {
 
     /// [`convert`](Self::convert) for samples that may be missing: NaN or infinite. A missing gyro sample is taken to have
     /// moved with the angular acceleration; a missing angular acceleration is held for `hold` seconds, then counts as
-    /// zero. Before the first gyro sample the integral is NaN.
+    /// zero. Before the first gyro sample the integral is NaN. If one overflows, both start anew from the gyro, and so
+    /// should the filter.
     pub fn prepare(&mut self, gyro: T, angular_acceleration: T, dt: T, hold: T) -> (T, T, Flags) {
         let (held, mut flags) = self.angular_acceleration.take(angular_acceleration, dt, hold);
         if !gyro.is_finite() {
@@ -158,6 +159,10 @@ impl<T: Real> RateInputs<T> {
             self.integral = gyro;
         }
         let (integral, change) = self.convert(gyro.finite_or(self.gyro + dt * held), held, dt);
+        if gyro.is_finite() && !(integral.is_finite() && change.is_finite()) {
+            *self = Self { angular_acceleration: self.angular_acceleration, ..Self::new(gyro) };
+            return (gyro, T::zero(), flags | Flags::RESTARTED);
+        }
         (integral, change, flags)
     }
 

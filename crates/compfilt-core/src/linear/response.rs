@@ -1,6 +1,6 @@
 //! Frequency response of the low branch and of the high branch.
 
-use super::placement::solve;
+use super::placement::{scaled_departure, solve};
 use super::{Discretise, Recurrence, Split, State};
 use crate::Real;
 use nalgebra::Complex;
@@ -59,11 +59,12 @@ fn branches<T: Real, D: Discretise<T, N>, const N: usize>(
 ) -> Option<FrequencyResponse<T>> {
     let mut predicted_correction = State { levels: *gains.correction() };
     gains.predict(&mut predicted_correction, T::zero());
+    let predicted_correction = scaled(predicted_correction, gains.dt());
 
     // (z I - Φ) v = Φ L, low = (v_0 + L_0)/(1 + v_0).
     let first_gain = *gains.correction().first()?;
     let open = open_loop::<T, D, N>(gains, w);
-    let v = *solve(open, predicted_correction.levels.map(real))?.first()?;
+    let v = *solve(open, predicted_correction.map(real))?.first()?;
     let sum = v + real(T::one());
     let low = (v + real(first_gain)) / sum;
 
@@ -73,19 +74,27 @@ fn branches<T: Real, D: Discretise<T, N>, const N: usize>(
     (finite(low) && finite(high)).then_some(FrequencyResponse { low, high })
 }
 
-/// `z I - Φ`.
+/// `z I - Φ`, the levels in powers of the sample period, so that all are of one size.
 fn open_loop<T: Real, D: Discretise<T, N>, const N: usize>(
     gains: &D::Gains,
     w: Complex<T>,
 ) -> [[Complex<T>; N]; N] {
-    let transition = D::transition(gains);
-    let mut matrix = [[real(T::zero()); N]; N];
-    for (i, (target, row)) in matrix.iter_mut().zip(&transition.levels).enumerate() {
-        for (j, (entry, value)) in target.iter_mut().zip(row.iter()).enumerate() {
-            *entry = if i == j { w - real(*value - T::one()) } else { real(-*value) };
-        }
+    let mut matrix =
+        scaled_departure(&D::transition(gains), gains.dt()).map(|row| row.map(|nu| real(-nu)));
+    for (i, row) in matrix.iter_mut().enumerate() {
+        row[i] += w;
     }
     matrix
+}
+
+/// Levels in powers of the sample period.
+fn scaled<T: Real, const N: usize>(state: State<T, N>, dt: T) -> [T; N] {
+    let mut scale = T::one();
+    state.levels.map(|level| {
+        let value = level * scale;
+        scale *= dt;
+        value
+    })
 }
 
 fn real<T: Real>(re: T) -> Complex<T> {
