@@ -2,7 +2,7 @@
 #![allow(dead_code)] // Every test file uses its own part.
 
 use compfilt_core::linear::{FrequencyResponse, Stream, StreamState};
-use compfilt_core::nalgebra::Complex;
+use compfilt_core::nalgebra::{Complex, SMatrix};
 use compfilt_core::{
     Butterworth, Chain, Discretise, Dt, FirstOrder, PiForm, RateFilter, Real, Recurrence,
     SecondOrderInertial, ThirdOrder,
@@ -111,7 +111,7 @@ pub(crate) struct Path<T> {
 
 impl<T: Real> Path<T> {
     pub(crate) fn new(motion: Motion, levels: Vec<T>) -> Self {
-        let sizes = levels.iter().map(|level| level.abs()).collect();
+        let sizes = levels.iter().map(|level: &T| level.abs()).collect();
         Self { motion, levels, sizes }
     }
 
@@ -253,10 +253,7 @@ pub(crate) fn butterworth<T: Real, const N: usize>(rate: T) -> Butterworth<T, N>
     Butterworth::new(rate).expect("a frequency")
 }
 
-pub(crate) fn split<T: Real, const N: usize>(
-    rate: T,
-    split: usize,
-) -> compfilt_core::Split<T, N> {
+pub(crate) fn split<T: Real, const N: usize>(rate: T, split: usize) -> compfilt_core::Split<T, N> {
     butterworth::<T, N>(rate).split(split).expect("a degree")
 }
 
@@ -293,6 +290,19 @@ pub(crate) fn fourth_order_chain<T: Real>(rate: T) -> Chain<T, 4, 3> {
     Chain::new(scaled).expect("stable")
 }
 
+/// The poles of [`fourth_order_chain`]; found numerically, double roots are good to half the digits only.
+pub(crate) fn fourth_order_poles(rate: f64) -> [Complex<f64>; 4] {
+    [1.0, 1.0, 2.0, 2.0].map(|factor| Complex::new(-factor * rate, 0.0))
+}
+
+/// Whether a filter keeps its rounding errors small when long steps follow short ones: a long step of `longest` seconds
+/// moves level 0 by `(rate longest)^(N-1)` times the error of the highest level, and the next correction has to take that
+/// back.
+pub(crate) fn forgives<T: Real, const N: usize>(rate: f64, longest: f64) -> bool {
+    let below = i32::try_from(N).expect("a small number") - 1;
+    T::default_epsilon().to_f64() * (rate * longest).powi(below) < 0.01
+}
+
 /// `Π (x - root)` without the leading 1, highest power first.
 pub(crate) fn polynomial<const N: usize>(roots: [Complex<f64>; N]) -> [f64; N] {
     let mut all = vec![Complex::new(1.0, 0.0)];
@@ -305,6 +315,24 @@ pub(crate) fn polynomial<const N: usize>(roots: [Complex<f64>; N]) -> [f64; N] {
         all = next;
     }
     core::array::from_fn(|i| all[i + 1].re)
+}
+
+/// The characteristic polynomial of a matrix without the leading 1, highest power first, by traces of powers.
+pub(crate) fn characteristic<const N: usize>(a: &SMatrix<f64, N, N>) -> [f64; N] {
+    let mut m = SMatrix::<f64, N, N>::identity();
+    let mut count = 0.0;
+    core::array::from_fn(|_| {
+        count += 1.0;
+        let product = a * m;
+        let c = -product.trace() / count;
+        m = product + SMatrix::identity() * c;
+        c
+    })
+}
+
+/// The exponential of a complex number.
+pub(crate) fn exp(z: Complex<f64>) -> Complex<f64> {
+    Complex::new(z.re.exp() * z.im.cos(), z.re.exp() * z.im.sin())
 }
 
 /// The size of a complex number.
