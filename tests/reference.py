@@ -52,7 +52,8 @@ class Design:
     @property
     def after_gap(self) -> str:
         """How several predictions without a correction are taken, and what corrects after them (see ``Loop``)."""
-        return "long_step" if self.degree < self.order else "placed"
+        rate_driven = self.derivative_order == 1
+        return "long_step" if self.degree < self.order or (rate_driven and self.order >= 4) else "placed"
 
     @property
     def polynomial(self) -> np.ndarray:
@@ -252,7 +253,8 @@ class Loop:
     The design's ``after_gap`` says what a gap is. "placed": the state moves on step by step, and the correction puts the poles
     of the time since the last one onto the accumulated transition. "long_step": the state is at every moment the one of a
     single step of the whole time tau_g since the last correction, begun at the levels after that correction, with the integral
-    of the input added to level 0; the correction has the gains of one step of tau_g.
+    of the input added to level 0; the correction has the gains of one step of tau_g. With a cap below tau_g a chain's poles are
+    those of the cap, placed on that one step; a split takes the gains of a step of the cap.
     """
 
     def __init__(
@@ -274,6 +276,10 @@ class Loop:
         self.u_before: float | None = None
         self.past_times, self.past_levels = [0.0], [float(self.state[0])]
         self._corrected()
+
+    @property
+    def _is_placed(self):
+        return self.rule == "matched" or self.design.after_gap == "placed"
 
     def _corrected(self):
         self.accumulated, self.tau_g, self.predictions = self.identity, 0.0, 0
@@ -310,7 +316,7 @@ class Loop:
         self.accumulated = phi @ self.accumulated
         self.tau_g += dt
         self.predictions += 1
-        if self.design.after_gap == "placed":
+        if self._is_placed:
             return phi @ self.state + columns[0] * before + columns[1] * u
         self.integral += dt * ((before + u) / 2 if self.trapezoid else u)
         whole, _, _ = transition(self.design, self.tau_g, self.rule)
@@ -323,8 +329,11 @@ class Loop:
             y = predicted[0] + innovation  # y itself, but for wrapping and delay
             right = self.state + dt * (self.B * held + self.kappa * y)
             return np.linalg.solve(self.identity - dt * self.A, right)
-        if self.design.after_gap == "long_step":
+        if not self._is_placed and (self.tau_g <= self.gap_cap or self.design.degree < self.design.order):
             gain = step_gain(self.design, min(self.tau_g, self.gap_cap), self.rule)
+        elif not self._is_placed:
+            one_step, _, _ = transition(self.design, self.tau_g, self.rule)
+            gain = gap_gain(self.design, one_step, self.tau_g, self.rule, self.gap_cap)
         else:
             gain = gap_gain(self.design, self.accumulated, self.tau_g, self.rule, self.gap_cap)
         return predicted + gain * innovation

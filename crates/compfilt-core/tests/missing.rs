@@ -469,3 +469,32 @@ fn an_endless_gap_is_survived() {
     backward_euler_filters::<f64>(2.0, 0.5, &mut EndlessGap);
     backward_euler_filters::<f32>(2.0, 0.5, &mut EndlessGap);
 }
+
+/// The error after many random gaps, of a start that is off by 1; `share` of the measurements are missing.
+fn error_after_gaps<const N: usize>(omega_dt: f64, share: f64) -> f64 {
+    let stream = Stream::new(butterworth::<f64, N>(omega_dt).chain());
+    let gains = stream.design().at(1.0).expect("gains");
+    let mut state = StreamState::from_levels([0.0; N]);
+    let mut random = 0x2545_F491_4F6C_DD1D_u64;
+    for _ in 0..4000 {
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        #[allow(clippy::cast_precision_loss)]
+        let missing = (random >> 11) as f64 / (1_u64 << 53) as f64 <= share;
+        stream.update(&gains, &mut state, if missing { f64::NAN } else { 1.0 }, 0.0, &mut ());
+    }
+    (state.level0() - 1.0).abs()
+}
+
+/// However coarse the samples are and however many are missing: poles placed gap by gap would not promise that.
+#[test]
+fn random_gaps_do_not_make_high_orders_unstable() {
+    for omega_dt in [0.05, 0.5, 3.0, 10.0, 30.0] {
+        for share in [0.5, 0.8] {
+            assert!(error_after_gaps::<4>(omega_dt, share) < 1e-9, "order 4, {omega_dt}, {share}");
+            assert!(error_after_gaps::<5>(omega_dt, share) < 1e-9, "order 5, {omega_dt}, {share}");
+            assert!(error_after_gaps::<6>(omega_dt, share) < 1e-9, "order 6, {omega_dt}, {share}");
+        }
+    }
+}

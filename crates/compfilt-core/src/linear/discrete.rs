@@ -1,5 +1,6 @@
 //! Gains at a sample period: backward Euler and matched poles.
 
+use super::elapsed::placed;
 use super::placement::{place, polynomial_from_roots};
 use super::poles::poles;
 use super::{Chain, Gains, Recurrence, State};
@@ -11,9 +12,10 @@ pub trait Discretise<T: Real, const N: usize>: Copy {
     /// The gains at one time step.
     type Gains: Recurrence<T, N>;
 
-    /// Whether predictions without a correction between them count as one long step: where the levels decay by
-    /// themselves, poles placed on the accumulated transition would ask for negative gains.
-    const LONG_STEPS: bool = false;
+    /// Whether predictions without a correction between them count as one long step, which is stable for any gaps. It
+    /// reproduces consistent input only where the input is the first derivative; otherwise the poles are placed on the
+    /// accumulated transition.
+    const LONG_STEPS: bool;
 
     /// The gains at a checked time step: cannot fail. At `dt = 0` they are zero.
     fn gains(&self, dt: Dt<T>) -> Self::Gains;
@@ -21,6 +23,12 @@ pub trait Discretise<T: Real, const N: usize>: Copy {
     /// The wanted characteristic polynomial of the error over the time `tau`, in `w = z - 1`:
     /// `w^N + d_1 w^{N-1} + … + d_N`, as `d_1 … d_N`.
     fn characteristic(&self, tau: T) -> [T; N];
+
+    /// The gains after one step of `time` for a measurement that counts for `cap` of it only: the poles are placed on the
+    /// step's transition.
+    fn capped(&self, time: Dt<T>, cap: T) -> [T; N] {
+        placed(self, &Self::transition(&self.gains(time)), time.seconds(), cap)
+    }
 
     /// The gains at the sample period `dt` in seconds.
     ///
@@ -53,6 +61,9 @@ pub(crate) fn identity<T: Real, const N: usize>() -> State<SVector<T, N>, N> {
 
 impl<T: Real, const N: usize, const M: usize> Discretise<T, N> for Chain<T, N, M> {
     type Gains = Gains<T, N, M>;
+
+    // Up to order 3 placed poles are stable too, and the levels move on smoothly.
+    const LONG_STEPS: bool = M == 1 && N >= 4;
 
     /// Backward Euler, `s = (1 - 1/z)/dt`: the discrete poles are exactly `1/(1 - p dt)`, the filter is stable
     /// for any sequence of time steps. Source: M. Wietzke's rule as it is used for the balancing cube.
@@ -135,6 +146,9 @@ impl<T: Real, const N: usize, const M: usize> Matched<T, N, M> {
 
 impl<T: Real, const N: usize, const M: usize> Discretise<T, N> for Matched<T, N, M> {
     type Gains = Gains<T, N, M>;
+
+    // The exact prediction over a gap is that of one step of the same time.
+    const LONG_STEPS: bool = false;
 
     fn gains(&self, dt: Dt<T>) -> Self::Gains {
         let dt = dt.seconds();

@@ -73,20 +73,18 @@ impl<T: Real, const N: usize> Elapsed<T, N> {
                 *gains.correction()
             }
             // Other gains than the last prediction's may have come in between, with a stored state.
-            Self::One { dt } if dt > cap && !D::LONG_STEPS => {
-                let gains = Dt::new(dt).map_or(*gains, |dt| design.gains(dt));
-                placed(design, &D::transition(&gains), dt, cap)
-            }
-            Self::One { dt: time } | Self::LongStep { time, .. } => {
-                Dt::new(time.min(cap)).map_or([T::zero(); N], |dt| *design.gains(dt).correction())
-            }
+            Self::One { dt: time } | Self::LongStep { time, .. } => match Dt::new(time) {
+                Ok(time) if time.seconds() > cap => design.capped(time, cap),
+                Ok(time) => *design.gains(time).correction(),
+                Err(_) => [T::zero(); N],
+            },
             Self::Placed { time, transition } => placed(design, &transition, time, cap),
         }
     }
 }
 
 /// Gains on the transition over `time` with the poles of one step of it, or of `cap` if that is shorter.
-fn placed<T: Real, D: Discretise<T, N>, const N: usize>(
+pub(crate) fn placed<T: Real, D: Discretise<T, N>, const N: usize>(
     design: &D,
     transition: &State<SVector<T, N>, N>,
     time: T,

@@ -62,6 +62,8 @@ impl<T: Real> RateFilter<T> {
 impl<T: Real> Discretise<T, 1> for RateFilter<T> {
     type Gains = RateGains<T>;
 
+    const LONG_STEPS: bool = false;
+
     fn gains(&self, dt: Dt<T>) -> RateGains<T> {
         RateGains { chain: self.first_order.chain().gains(dt) }
     }

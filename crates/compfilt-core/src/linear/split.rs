@@ -90,6 +90,11 @@ impl<T: Real, const N: usize> Discretise<T, N> for Split<T, N> {
         gains
     }
 
+    /// The gains of a step of `cap`: placed poles would ask for negative gains, because the levels decay by themselves.
+    fn capped(&self, _: Dt<T>, cap: T) -> [T; N] {
+        Dt::new(cap).map_or([T::zero(); N], |cap| *self.gains(cap).correction())
+    }
+
     fn characteristic(&self, tau: T) -> [T; N] {
         backward_euler_characteristic(&self.coefficients, tau)
     }
