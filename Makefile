@@ -34,6 +34,7 @@ test: lint test-rust test-python ## Every check
 
 test-rust: ## The core's tests and documentation examples
 	cargo test --locked --quiet --package compfilt-core
+	sh scripts/check_no_panic.sh
 
 test-python: $(EXTENSION) ## The Python tests, the README's and the documentation's examples
 	$(BIN)/python -m pytest --quiet

@@ -52,8 +52,7 @@ class Design:
     @property
     def after_gap(self) -> str:
         """How several predictions without a correction are taken, and what corrects after them (see ``Loop``)."""
-        rate_driven = self.derivative_order == 1
-        return "long_step" if self.degree < self.order or (rate_driven and self.order >= 4) else "placed"
+        return "long_step" if self.derivative_order <= 2 else "placed"
 
     @property
     def polynomial(self) -> np.ndarray:
@@ -252,8 +251,8 @@ class Loop:
 
     The design's ``after_gap`` says what a gap is. "placed": the state moves on step by step, and the correction puts the poles
     of the time since the last one onto the accumulated transition. "long_step": the state is at every moment the one of a
-    single step of the whole time tau_g since the last correction, begun at the levels after that correction, with the integral
-    of the input added to level 0; the correction has the gains of one step of tau_g. With a cap below tau_g a chain's poles are
+    single step of the whole time tau_g since the last correction, begun at the levels after that correction, with what the
+    input has added to the levels since; the correction has the gains of one step of tau_g. With a cap below tau_g a chain's poles are
     those of the cap, placed on that one step; a split takes the gains of a step of the cap.
     """
 
@@ -283,7 +282,7 @@ class Loop:
 
     def _corrected(self):
         self.accumulated, self.tau_g, self.predictions = self.identity, 0.0, 0
-        self.corrected, self.integral = self.state, 0.0
+        self.corrected, self.driven = self.state, np.zeros(self.design.order)
 
     def _input(self, u):
         """u_(n-1), u_n."""
@@ -318,9 +317,9 @@ class Loop:
         self.predictions += 1
         if self._is_placed:
             return phi @ self.state + columns[0] * before + columns[1] * u
-        self.integral += dt * ((before + u) / 2 if self.trapezoid else u)
+        self.driven = phi @ self.driven + columns[0] * before + columns[1] * u
         whole, _, _ = transition(self.design, self.tau_g, self.rule)
-        return whole @ self.corrected + self.integral * output_row(self.design.order)
+        return whole @ self.corrected + self.driven
 
     def _correct(self, predicted, innovation, before, u, dt):
         ordinary = self.predictions == 1 and self.tau_g <= self.gap_cap

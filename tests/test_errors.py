@@ -70,9 +70,9 @@ def test_alpha_must_be_below_one(bad):
 
 REFUSED_DESIGNS = [
     # Gains that vanish or overflow.
-    ("^tau must be finite and not vanish", cf.FirstOrder, (1e-320,), {}),
-    ("^omega0 must be finite and not vanish", cf.Butterworth, (1e200, 3), {}),
-    ("^omega0 must be finite and not vanish", cf.Butterworth, (1e-200, 3), {}),
+    ("^tau must give coefficients and gains that are finite", cf.FirstOrder, (1e-320,), {}),
+    ("^omega0 must give coefficients and gains that are finite", cf.Butterworth, (1e200, 3), {}),
+    ("^omega0 must give coefficients and gains that are finite", cf.Butterworth, (1e-200, 3), {}),
     # Orders and splits.
     ("^order must lie between 1 and 6, got 0", cf.Butterworth, (1.0, 0), {}),
     ("^order must lie between 1 and 6, got 7", cf.Butterworth, (1.0, 7), {}),
@@ -396,9 +396,11 @@ def test_state_must_be_a_state(bad):
 
 
 def test_states_are_not_made_by_hand():
-    check_refused(ValueError, "^numbers must hold", cf.State, 2, "float64", None, [[1.0]])
-    check_refused(TypeError, "numbers", cf.State, 2, "float64", None)
-    short = cf.State(1, "float64", None, [[1.0]])
+    kind = FIRST.stream(fs=FS).state.kind
+    check_refused(ValueError, "^numbers must hold", cf.State, 2, "float64", None, kind, [[1.0]])
+    check_refused(ValueError, "^order must", cf.State, 2**62, "float64", None, kind, [])
+    check_refused(TypeError, "numbers", cf.State, 2, "float64", None, kind)
+    short = cf.State(1, "float64", None, kind, [[1.0]])
     check_refused(ValueError, "^the state belongs to another kind", FIRST.filter, Y, U, fs=FS, initial=short)
 
 
@@ -533,3 +535,58 @@ def test_levels_that_a_filter_lacks():
     check_refused(AttributeError, "^this filter does not estimate a bias", getattr, estimate, "bias")
     estimate = SPLIT.estimate(Y, U, fs=FS)
     check_refused(AttributeError, "^this filter does not estimate a bias", getattr, estimate, "bias")
+
+
+# ------------------------------------------------------------------------------------------- found by reading the code
+
+
+def test_states_of_another_family_are_refused():
+    """The numbers would fit, but would mean something else."""
+    state = PI.stream(fs=FS, initial=0.1).state
+    for other in (cf.SecondOrderInertial(1.0), cf.Butterworth(1.0, split=1)):
+        check_refused(
+            ValueError, "^the state belongs to another kind", other.filter, Y, U, fs=FS, initial=state
+        )
+    check_refused(ValueError, "another kind", PI.filter, Y, U, fs=FS, initial=state, rule="matched")
+    assert np.isfinite(cf.PiForm(3.0, 0.5).filter(Y, U, fs=FS, initial=state)).all()
+
+
+def test_output_in_the_memory_of_an_input_under_another_name():
+    """Two arrays of one buffer have nothing in common but the bytes."""
+    buffer = bytearray(np.arange(600.0).tobytes())
+    first, second = np.frombuffer(buffer), np.frombuffer(buffer)
+    expected = FIRST.filter(first.copy(), np.zeros(600), fs=FS, initial=0.0)
+    FIRST.filter(first, np.zeros(600), fs=FS, initial=0.0, out=second)
+    assert np.array_equal(second, expected)
+
+
+def test_a_step_that_overflows_is_refused():
+    single = np.ones(3, np.float32)
+    check_refused(
+        ValueError, "^t must have steps that are finite", FIRST.filter, single, single, t=[0.0, 1.0, 1e39]
+    )
+
+
+def test_a_restart_is_flagged():
+    ones = np.ones(3)
+    estimate = FIRST.estimate(ones, ones, t=[0.0, 1.0, 0.5], backwards="restart")
+    assert estimate.counts["restarted"] == 1
+    acc = np.tile([0.0, 0.0, 9.81], (3, 1))
+    tilt = cf.TiltFilter(FIRST).estimate(np.zeros((3, 3)), acc, t=[0.0, 1.0, 0.5], backwards="restart")
+    assert tilt.counts["restarted"] == 1
+
+
+def test_a_refused_block_leaves_a_tilt_stream_as_it_was():
+    stream = cf.TiltFilter(PI).stream(missing="raise")
+    acc = np.tile([0.0, 0.0, 9.81], (2, 1))
+    stream.process(np.zeros((2, 3)), acc, [0.0, 1.0])
+    before = stream.state
+    check_refused(ValueError, "^gyr has a missing", stream.process, np.full((2, 3), np.nan), acc, [2.0, 3.0])
+    check_refused(ValueError, "^acc has a missing", stream.process, np.zeros((2, 3)), 0 * acc, [2.0, 3.0])
+    check_refused(ValueError, "zero force", stream.update, np.zeros(3), np.zeros(3), 0.1)
+    assert stream.state == before
+
+
+def test_the_third_level_has_a_name():
+    estimate = cf.Chain([3.0, 3.0, 1.0], derivative_order=3).estimate(Y, U, fs=FS)
+    assert np.array_equal(estimate.acceleration, estimate.levels[2])

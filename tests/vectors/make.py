@@ -245,7 +245,7 @@ class Case:
             "dt": number(self.dt) if self.even else "variable",
             "initial": "zeros",
             "missing": "coast" if self.gaps else "none",
-            **({"after_gap": design.after_gap} if self.gaps else {}),
+            **({"after_gap": "placed" if self.rule == "matched" else design.after_gap} if self.gaps else {}),
             **self.options,
             "tolerance": self.tolerance,
         }

@@ -6,8 +6,6 @@ use core::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Rule {
-    /// A number: not NaN, not infinite.
-    Finite,
     /// Finite and above zero.
     Positive,
     /// Finite and not below zero.
@@ -20,8 +18,6 @@ pub enum Rule {
     Stable,
     /// From 1 to the order of the filter.
     AtMostOrder,
-    /// Shorter than the time at which the delayed loop becomes unstable.
-    WithinPhaseMargin,
     /// Short enough for the stored history.
     WithinHistory,
 }
@@ -53,12 +49,11 @@ impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { parameter, rule } = self;
         match rule {
-            Rule::Finite => write!(f, "{parameter} must be finite"),
             Rule::Positive => write!(f, "{parameter} must be positive and finite"),
             Rule::NotNegative => write!(f, "{parameter} must be finite and not negative"),
             Rule::Representable => write!(
                 f,
-                "{parameter} must be finite and not vanish in the scalar type (dt too small or too large for these parameters)"
+                "{parameter} must give coefficients and gains that are finite and do not vanish in the scalar type"
             ),
             Rule::Between(low, high) => {
                 write!(f, "{parameter} must lie between {low} and {high}, both excluded")
@@ -70,10 +65,6 @@ impl fmt::Display for Error {
             Rule::AtMostOrder => {
                 write!(f, "{parameter} must lie between 1 and the order of the filter")
             }
-            Rule::WithinPhaseMargin => write!(
-                f,
-                "{parameter} must be shorter than the time at which the loop with these gains becomes unstable"
-            ),
             Rule::WithinHistory => {
                 write!(f, "{parameter} must be short enough for the stored history")
             }

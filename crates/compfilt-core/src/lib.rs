@@ -13,7 +13,7 @@
 //!
 //! * **Design → gains → state.** A design is what a person wants, in seconds and rad/s. At a sample period it becomes
 //!   gains, checked once. State is what changes: `Copy`, in physical units that do not depend on the sample period.
-//! * **One step.** `predict` and `correct` hold the only arithmetic per sample; everything else loops over them.
+//! * **One step.** [`Recurrence`] holds the arithmetic of a sample; everything else calls it.
 //! * **The same bits everywhere.** Parameters are rounded to the scalar type once and everything after runs in it; no
 //!   fused multiply-add, one order of summation, transcendental functions from `libm` on every platform.
 //! * **Nothing fails after the design.** No allocation, no panic, no unsafe code.
@@ -33,9 +33,11 @@ mod real;
 pub use dt::Dt;
 pub use element::Element;
 pub use error::{Error, Rule};
+pub use gravity::{Axes, TiltFilter, TiltState};
 pub use linear::{
-    Butterworth, Chain, Discretise, FirstOrder, Gains, Matched, PiForm, RateFilter, Recurrence,
-    SecondOrderInertial, Split, State, ThirdOrder,
+    Butterworth, Chain, Discretise, FirstOrder, Flags, Gains, History, Input, Matched, Past,
+    PiForm, RateFilter, Recurrence, SecondOrderInertial, Split, State, Stream, StreamState,
+    ThirdOrder,
 };
 pub use real::Real;
 

@@ -99,8 +99,10 @@ impl<'py> Signal<'py> {
     ) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
         let array = self.typed::<T>()?;
         let Some(output) = output else { return Ok(array) };
-        // The borrow checker of numpy's Rust bindings knows exactly whether the two overlap.
-        if output.try_readwrite().is_ok() {
+        let numpy = output.py().import("numpy")?;
+        let may_share: bool =
+            numpy.call_method1("may_share_memory", (&*array, output))?.extract()?;
+        if !may_share {
             return Ok(array);
         }
         let copy = array.call_method0("copy")?;
@@ -283,7 +285,7 @@ pub(crate) enum Backwards {
     Restart,
 }
 
-/// Time steps from times in seconds, differenced in float64. NaN marks a restart.
+/// Time steps from times in seconds, differenced in float64 and finite in the scalar type. NaN marks a restart.
 pub(crate) fn time_steps<T: Scalar>(
     times: ArrayView1<'_, f64>,
     before: Option<f64>,
@@ -300,8 +302,15 @@ pub(crate) fn time_steps<T: Scalar>(
                 "t must not run backwards: row {row} is {t} s after {last} s"
             )));
         }
+        let step = T::literal(dt);
+        if !step.is_finite() {
+            return Err(PyValueError::new_err(format!(
+                "t must have steps that are finite in {}: row {row} is {t} s after {last} s",
+                T::NAME
+            )));
+        }
         last = t;
-        Ok(if dt < 0.0 { T::NAN } else { T::literal(dt) })
+        Ok(if dt < 0.0 { T::NAN } else { step })
     };
     times.iter().enumerate().map(step).collect()
 }

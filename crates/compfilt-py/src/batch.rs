@@ -10,6 +10,7 @@ use compfilt_core::nalgebra::ComplexField;
 use compfilt_core::{Discretise, Dt, Recurrence};
 use numpy::ndarray::{ArrayView2, ArrayViewMut2, ArrayViewMut3, Axis, Slice};
 use pyo3::PyResult;
+use pyo3::exceptions::PyValueError;
 use std::num::NonZeroUsize;
 use std::panic::resume_unwind;
 
@@ -119,7 +120,9 @@ pub(crate) fn sampled_gains<T: Scalar, D: Discretise<T, N>, const N: usize>(
     fs: f64,
 ) -> PyResult<D::Gains> {
     let dt = Dt::from_rate(T::literal(fs)).map_err(crate::errors::value_error)?;
-    design.at(dt.seconds()).map_err(crate::errors::value_error)
+    design.at(dt.seconds()).map_err(|error| {
+        PyValueError::new_err(format!("fs must suit the filter: at {fs} Hz {error}"))
+    })
 }
 
 /// The stream of a design with the caller's options.
@@ -315,6 +318,7 @@ fn run<T: Scalar, D: Discretise<T, N>, const N: usize>(
             let mut u = rows_of(block.derivative, c, start..end);
             for row in start..end {
                 let (Some(y), Some(u)) = (y.next(), u.next()) else { break };
+                let mut flags = Flags::default();
                 if let Steps::Each(steps) = block.steps {
                     let dt = steps[row];
                     if dt.is_finite() {
@@ -322,9 +326,10 @@ fn run<T: Scalar, D: Discretise<T, N>, const N: usize>(
                     } else {
                         channel.reset();
                         follow(stream, &mut gains, T::zero());
+                        flags |= Flags::RESTARTED;
                     }
                 }
-                let flags = channel.update(stream, &gains, hold, *y, *u);
+                flags |= channel.update(stream, &gains, hold, *y, *u);
                 if let Some(out) = &mut block.level0 {
                     out[(row, c)] = channel.state.level0();
                 }
@@ -385,7 +390,9 @@ where
             self.gains = gains;
         }
         let (stream, hold, gains) = (&self.stream, self.hold, self.gains);
-        let share = self.channels.len().div_ceil(workers.get()).max(1);
+        // More threads than cores would only wait for each other.
+        let cores = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+        let share = self.channels.len().div_ceil(workers.min(cores).get()).max(1);
         if share >= self.channels.len() {
             self.gains = run(stream, hold, gains, &mut self.channels, block);
             return;

@@ -100,6 +100,27 @@ macro_rules! for_chain {
     };
 }
 
+/// A design's coefficients as an array, for what does not depend on the derivative order.
+macro_rules! for_order {
+    ($design:expr, $k:ident => $body:expr) => {{
+        let coefficients = $design.coefficients::<f64>()?;
+        macro_rules! visit {
+            ($N:literal) => {{
+                let $k = as_array::<f64, $N>(&coefficients);
+                $body
+            }};
+        }
+        match $design.order {
+            1 => visit!(1),
+            2 => visit!(2),
+            3 => visit!(3),
+            4 => visit!(4),
+            5 => visit!(5),
+            _ => visit!(6),
+        }
+    }};
+}
+
 impl Design {
     /// Checks the parameters in both scalar types' larger one; float32 is checked when it is used.
     pub(crate) fn new(kind: Kind, split: Option<usize>) -> PyResult<Self> {
@@ -118,6 +139,14 @@ impl Design {
     /// Whether the integral of the second input runs beside the filter: the rate filter.
     pub(crate) fn is_rate(&self) -> bool {
         matches!(self.kind, Kind::Rate { .. })
+    }
+
+    /// What a state must have come from to be continued with this design, whatever its gains.
+    pub(crate) fn kind_of_state(&self, family: &str, rule: Rule) -> String {
+        let family = if self.is_rate() { "rate" } else { family };
+        let Self { split, derivative_order, .. } = self;
+        let rule = if rule == Rule::Matched { "matched" } else { "backward_euler" };
+        format!("{family}, derivative_order {derivative_order}, split {split}, {rule}")
     }
 
     /// Which level is minus the error of the derivative, if any is.
@@ -150,13 +179,7 @@ impl Design {
 
     /// The roots of the characteristic polynomial, in float64.
     pub(crate) fn poles(&self) -> PyResult<Vec<Complex<f64>>> {
-        let k = self.coefficients::<f64>()?;
-        macro_rules! roots {
-            ($N:literal, $M:literal) => {
-                Ok(poles(&as_array::<f64, $N>(&k)).to_vec())
-            };
-        }
-        for_chain!(self.order, self.derivative_order, roots)
+        for_order!(self, k => Ok(poles(&k).to_vec()))
     }
 
     /// Makes the design in the scalar type `T` and hands it to `visitor`.
@@ -282,37 +305,14 @@ impl<T: Real> Visitor<T> for Check {
     }
 }
 
-/// A design as a split of its polynomial, for what does not depend on the derivative order.
-macro_rules! for_split {
-    ($design:expr, $split:ident => $body:expr) => {{
-        let design: &Design = $design;
-        let k = design.coefficients::<f64>()?;
-        macro_rules! visit {
-            ($N:literal) => {{
-                let chain = Chain::<f64, $N, 1>::new(as_array(&k)).map_err(value_error)?;
-                let $split = chain.split(design.split).map_err(value_error)?;
-                $body
-            }};
-        }
-        match design.order {
-            1 => visit!(1),
-            2 => visit!(2),
-            3 => visit!(3),
-            4 => visit!(4),
-            5 => visit!(5),
-            _ => visit!(6),
-        }
-    }};
-}
-
 impl Design {
     /// The continuous pair at each frequency in rad/s.
     pub(crate) fn continuous_response(
         &self,
         omega: &[f64],
     ) -> PyResult<Vec<FrequencyResponse<f64>>> {
-        for_split!(self, split => {
-            Ok(omega.iter().map(|omega| continuous_response(&split, *omega)).collect())
+        for_order!(self, k => {
+            Ok(omega.iter().map(|omega| continuous_response(&k, self.split, *omega)).collect())
         })
     }
 
@@ -331,7 +331,7 @@ impl Design {
         if delay == 0.0 {
             return Ok(());
         }
-        let longest = for_split!(self, split => longest_delay(&split));
+        let longest = for_order!(self, k => longest_delay(&k, self.split));
         if delay < longest {
             return Ok(());
         }

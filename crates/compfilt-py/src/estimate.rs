@@ -14,7 +14,7 @@ use pyo3::types::{PyDict, PyTuple};
 /// levels : ndarray, shape (order, n) or (order, n, channels)
 ///     The state after every sample: the one array that is not time-first, so that ``levels[i]`` is a signal.
 /// level_names : tuple of str
-/// angle, position, velocity, rate : ndarray, shaped like the measurement
+/// angle, position, velocity, acceleration, rate : ndarray, shaped like the measurement
 ///     Copies of the levels by name, as far as the filter has them.
 /// bias : ndarray
 ///     The error of the derivative: minus the level that estimates it.
@@ -86,6 +86,11 @@ impl Estimate {
     #[getter]
     fn velocity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.named(py, "velocity")
+    }
+
+    #[getter]
+    fn acceleration<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.named(py, "acceleration")
     }
 
     #[getter]

@@ -150,7 +150,7 @@ impl LinearFilter {
     /// fs : float
     ///     Sample rate in Hz; the first step lasts 1/fs. Either this or t.
     /// t : array_like, shape (n,)
-    ///     Times in seconds, not decreasing; the first step lasts 0.
+    ///     Times in seconds, not decreasing; the first step lasts 0, or from the time of a State.
     /// initial : float, array_like or State, optional
     ///     The state before the first sample: level 0 (the others 0), all levels, or a State. None takes the first
     ///     measurement; the output before it is NaN.
@@ -161,13 +161,15 @@ impl LinearFilter {
     /// period : float, optional
     ///     Wraps the innovation: 2 pi for an angle in rad that may cross +-180 degrees. The output runs on.
     /// delay : float
-    ///     Age of the measurement in seconds: it is compared with the estimate of that time.
+    ///     Age of the measurement in seconds: it is compared with the estimate of that time. Refused where the loop would be
+    ///     unstable; that limit holds for samples without long gaps.
     /// missing : {"coast", "raise"}
     ///     A missing measurement is predicted over; the next correction uses the gains for the whole time since.
     /// hold : float
     ///     For how many seconds a missing derivative keeps its last value; then it counts as 0.
     /// gap_cap : float, optional
-    ///     The most seconds for which the one measurement after a gap counts.
+    ///     The most seconds for which the one measurement after a gap counts. Meant for single gaps: where longer ones keep
+    ///     coming, filters from order 2 on can become unstable with it.
     /// backwards : {"raise", "restart"}
     ///     What to do when t decreases.
     /// exact : bool

@@ -11,7 +11,9 @@ use pyo3::prelude::*;
 ///     a_n = a_(n-1) + dt alpha_n
 ///     w_n = alpha (w_(n-1) + g_n - g_(n-1)) + (1 - alpha) a_n,   alpha = tau/(tau + dt)
 ///
-/// ``filter(measurement=gyro, derivative=angular_acceleration)`` in rad/s and rad/s^2. The integral runs open loop: a bias
+/// ``filter(measurement=gyro, derivative=angular_acceleration)`` in rad/s and rad/s^2. Unlike in the other filters the
+/// measurement passes the high-pass; ``frequency_response`` returns the low branch, from the integrated angular
+/// acceleration, first. The integral runs open loop: a bias
 /// of the angular acceleration makes it drift, and the low-pass does not remove that; ``drift_free`` fuses the same
 /// signals without drift. Source: the cube's note on complementary filters, equation (30).
 ///

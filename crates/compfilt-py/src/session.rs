@@ -28,6 +28,7 @@ pub(crate) struct Session<T: Scalar> {
     pub(crate) fs: Option<f64>,
     /// The time of the last sample.
     pub(crate) time: Option<f64>,
+    kind: String,
 }
 
 /// Which results a caller wants.
@@ -59,7 +60,8 @@ impl<T: Scalar> Session<T> {
         fs: Option<f64>,
         channels: usize,
     ) -> PyResult<Self> {
-        Ok(Self { runner: runner(design, options, fs, channels)?, fs, time: None })
+        let kind = design.kind_of_state("linear", options.rule);
+        Ok(Self { runner: runner(design, options, fs, channels)?, fs, time: None, kind })
     }
 
     /// Filters a block and carries the states on.
@@ -125,13 +127,14 @@ impl<T: Scalar> Session<T> {
             order: self.runner.order(),
             dtype: T::NAME.to_owned(),
             time: self.time,
+            kind: self.kind.clone(),
             numbers: (0..self.runner.channels()).map(|c| self.runner.store(c)).collect(),
         }
     }
 
     pub(crate) fn set_state(&mut self, state: &State) -> PyResult<()> {
         let (order, channels) = (self.runner.order(), self.runner.channels());
-        state.check(order, channels, T::NAME)?;
+        state.check(&self.kind, order, channels, T::NAME)?;
         let before = self.state();
         let mut stored = state.numbers.iter().enumerate();
         if !stored.all(|(channel, numbers)| self.runner.restore(channel, numbers)) {

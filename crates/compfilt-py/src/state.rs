@@ -1,6 +1,7 @@
 //! A stored state: plain numbers that pickle, compare and bring a filter back bit for bit.
 
 use crate::arrays::Scalar;
+use crate::design::small;
 use compfilt_core::State as Levels;
 use compfilt_core::linear::{Elapsed, Held, Past, RateInputs, StreamState};
 use compfilt_core::nalgebra::SVector;
@@ -56,10 +57,11 @@ impl Numbers {
                     self.put(row.as_slice());
                 }
             }
-            Elapsed::LongStep { time, start, integral } => {
+            Elapsed::LongStep { time, start, driven } => {
                 self.0.push(3.0);
-                self.put(&[time, integral]);
+                self.put(&[time]);
                 self.put(&start.levels);
+                self.put(&driven.levels);
             }
         }
     }
@@ -118,10 +120,11 @@ impl Reader<'_> {
                 }
                 Elapsed::Placed { time, transition: Levels { levels: rows } }
             }
-            3.0 => {
-                let [time, integral] = self.take_array()?;
-                Elapsed::LongStep { time, integral, start: Levels { levels: self.take_array()? } }
-            }
+            3.0 => Elapsed::LongStep {
+                time: self.take()?,
+                start: Levels { levels: self.take_array()? },
+                driven: Levels { levels: self.take_array()? },
+            },
             _ => return None,
         };
         Some(StreamState { levels, started, input, elapsed })
@@ -154,6 +157,8 @@ impl Reader<'_> {
 ///     "float32" or "float64".
 /// time : float or None
 ///     The time of the last sample in seconds, where the samples came with times.
+/// kind : str
+///     The family of filters that can go on from it.
 /// levels : ndarray, shape (order, channels)
 ///
 /// Examples
@@ -173,12 +178,21 @@ pub(crate) struct State {
     pub(crate) dtype: String,
     #[pyo3(get)]
     pub(crate) time: Option<f64>,
+    /// The family of filters that can go on from it.
+    #[pyo3(get)]
+    pub(crate) kind: String,
     pub(crate) numbers: Vec<Numbers>,
 }
 
 impl State {
     /// Whether a filter of this order and kind can take the state.
-    pub(crate) fn check(&self, order: usize, channels: usize, dtype: &str) -> PyResult<()> {
+    pub(crate) fn check(
+        &self,
+        kind: &str,
+        order: usize,
+        channels: usize,
+        dtype: &str,
+    ) -> PyResult<()> {
         if self.order != order || self.numbers.len() != channels {
             return Err(PyValueError::new_err(format!(
                 "the state is of order {} with {} channels, the filter of order {order} with {channels}",
@@ -192,6 +206,12 @@ impl State {
                 self.dtype
             )));
         }
+        if self.kind != kind {
+            return Err(PyValueError::new_err(format!(
+                "the state belongs to another kind of filter: {} instead of {kind}",
+                self.kind
+            )));
+        }
         Ok(())
     }
 }
@@ -199,19 +219,21 @@ impl State {
 #[pymethods]
 impl State {
     #[new]
-    #[pyo3(signature = (order, dtype, time, numbers))]
+    #[pyo3(signature = (order, dtype, time, kind, numbers))]
     fn new(
-        order: usize,
+        order: i64,
         dtype: String,
         time: Option<f64>,
+        kind: String,
         numbers: Vec<Vec<f64>>,
     ) -> PyResult<Self> {
+        let order = small("order", order)?;
         if numbers.iter().any(|channel| channel.len() < order) {
             return Err(PyValueError::new_err(
                 "numbers must hold at least the levels of every channel",
             ));
         }
-        Ok(Self { order, dtype, time, numbers: numbers.into_iter().map(Numbers).collect() })
+        Ok(Self { order, dtype, time, kind, numbers: numbers.into_iter().map(Numbers).collect() })
     }
 
     #[getter]
@@ -229,7 +251,7 @@ impl State {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let numbers: Vec<Vec<f64>> = self.numbers.iter().map(|channel| channel.0.clone()).collect();
-        let arguments = (self.order, &self.dtype, self.time, numbers);
+        let arguments = (self.order, &self.dtype, self.time, &self.kind, numbers);
         Ok((py.get_type::<Self>(), arguments).into_pyobject(py)?.into_any())
     }
 

@@ -70,15 +70,17 @@ where
             self.gains = gains;
         }
         for row in 0..block.gyr.nrows() {
+            let mut flags = Flags::default();
             if let Steps::Each(steps) = block.steps {
                 if steps[row].is_finite() {
                     self.follow(steps[row]);
                 } else {
                     self.state = TiltState::new();
                     self.follow(T::zero());
+                    flags |= Flags::RESTARTED;
                 }
             }
-            let flags = self.sample(&vector(block.gyr.row(row)), &vector(block.acc.row(row)));
+            flags |= self.sample(&vector(block.gyr.row(row)), &vector(block.acc.row(row)));
             let angles = self.filter.angles(&self.state);
             block.angles[(row, 0)] = angles[0];
             block.angles[(row, 1)] = angles[1];
@@ -125,12 +127,7 @@ where
     }
 
     fn reset(&mut self, angles: Option<Vector2<T>>) {
-        self.state = TiltState::new();
-        if let Some(angles) = angles {
-            for (state, angle) in self.state.angles.iter_mut().zip(angles.iter()) {
-                state.start(*angle);
-            }
-        }
+        self.state = angles.map_or_else(TiltState::new, |angles| TiltState::from_angles(&angles));
     }
 }
 

@@ -86,7 +86,7 @@ impl TiltFilter {
         if at.is_some() && !is_frozen {
             return Err(PyValueError::new_err("at goes with rates=\"frozen\""));
         }
-        let frozen = is_frozen.then(|| at.unwrap_or([0.0, 0.0]));
+        let frozen = is_frozen.then(|| at.unwrap_or([0.0, 0.0]).map(|angle| angle + 0.0));
         if frozen.is_some_and(|angles| angles.iter().any(|angle| !angle.is_finite())) {
             return Err(PyValueError::new_err("at must be two finite angles in rad"));
         }

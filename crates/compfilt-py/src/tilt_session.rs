@@ -7,6 +7,7 @@ use crate::session::{Handling, steps};
 use crate::state::State;
 use crate::tilt_batch::{Block, Make, Runner, Settings};
 use compfilt_core::nalgebra::Vector2;
+use numpy::ndarray::ArrayView2;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -16,6 +17,7 @@ pub(crate) struct Session<T: Scalar> {
     pub(crate) runner: Box<dyn Runner<T>>,
     pub(crate) fs: Option<f64>,
     pub(crate) time: Option<f64>,
+    kind: String,
 }
 
 pub(crate) enum AnySession {
@@ -65,6 +67,16 @@ pub(crate) struct Arrays<'py> {
     pub(crate) flags: Bound<'py, PyArrayDyn<u8>>,
 }
 
+/// A force of no length has no direction: for `missing="raise"`.
+fn check_lengths<T: Scalar>(acc: ArrayView2<'_, T>) -> PyResult<()> {
+    match acc.rows().into_iter().position(|force| force.iter().all(|part| *part == T::zero())) {
+        None => Ok(()),
+        Some(row) => Err(PyValueError::new_err(format!(
+            "acc has a missing sample (zero force) at row {row}, and missing is \"raise\""
+        ))),
+    }
+}
+
 impl<T: Scalar> Session<T> {
     pub(crate) fn new(
         design: &Design,
@@ -73,7 +85,8 @@ impl<T: Scalar> Session<T> {
         fs: Option<f64>,
     ) -> PyResult<Self> {
         let make = Make { settings, options, fs };
-        Ok(Self { runner: design.with::<T, _>(options.rule, make)??, fs, time: None })
+        let kind = design.kind_of_state("tilt", options.rule);
+        Ok(Self { runner: design.with::<T, _>(options.rule, make)??, fs, time: None, kind })
     }
 
     pub(crate) fn process<'py>(
@@ -86,10 +99,11 @@ impl<T: Scalar> Session<T> {
         let (gyr, acc) = (signals.gyr.typed::<T>()?, signals.acc.typed::<T>()?);
         let (gyr, acc) = (columns(&gyr)?, columns(&acc)?);
         let samples = gyr.nrows();
-        let steps = self.steps(signals.t, samples, handling)?;
+        let (steps, time) = steps::<T>(signals.t, self.fs, self.time, samples, handling.backwards)?;
         if handling.raise_missing {
             check_all_finite(gyr, "gyr")?;
             check_all_finite(acc, "acc")?;
+            check_lengths(acc)?;
         }
         let angles = PyArray2::<T>::zeros(py, [samples, 2], false);
         let levels =
@@ -110,6 +124,7 @@ impl<T: Scalar> Session<T> {
             let runner = &mut self.runner;
             py.detach(|| runner.block(block));
         }
+        self.time = time;
         Ok(Arrays {
             angles: angles.into_any(),
             levels: levels.map(Bound::into_any),
@@ -117,29 +132,18 @@ impl<T: Scalar> Session<T> {
         })
     }
 
-    /// The time steps of a block; moves the time on.
-    fn steps(
-        &mut self,
-        t: Option<&Bound<'_, PyAny>>,
-        samples: usize,
-        handling: Handling,
-    ) -> PyResult<Option<Vec<T>>> {
-        let (steps, time) = steps::<T>(t, self.fs, self.time, samples, handling.backwards)?;
-        self.time = time;
-        Ok(steps)
-    }
-
     pub(crate) fn state(&self) -> State {
         State {
             order: self.runner.order(),
             dtype: T::NAME.to_owned(),
             time: self.time,
+            kind: self.kind.clone(),
             numbers: self.runner.store(),
         }
     }
 
     pub(crate) fn set_state(&mut self, state: &State) -> PyResult<()> {
-        state.check(self.runner.order(), 2, T::NAME)?;
+        state.check(&self.kind, self.runner.order(), 2, T::NAME)?;
         let before = self.runner.store();
         if !self.runner.restore(&state.numbers) {
             self.runner.restore(&before);

@@ -143,9 +143,11 @@ fn update<'py, T: Scalar>(
     dt: Option<f64>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (gyr, acc) = (three::<T>(gyr, "gyr")?, three::<T>(acc, "acc")?);
-    if handling.raise_missing && !gyr.iter().chain(acc.iter()).all(ComplexField::is_finite) {
+    let present =
+        gyr.iter().chain(acc.iter()).all(ComplexField::is_finite) && acc != Vector3::zeros();
+    if handling.raise_missing && !present {
         return Err(PyValueError::new_err(
-            "gyr or acc is missing (NaN or infinite), and missing is \"raise\"",
+            "gyr or acc is missing (NaN, infinite or zero force), and missing is \"raise\"",
         ));
     }
     let dt = step::<T>(session.fs, &mut session.time, dt)?;

@@ -17,8 +17,8 @@ pub enum Rates<T> {
 /// Roll and pitch (or the cube's φ2 and φ3) by one linear filter each: the measurement is gravity's angle, the derivative
 /// the angle rate that the gyro's body rates make at the filter's own output.
 ///
-/// Leaving that conversion out errs by `tau ψ̇ sin θ` in a steady turn. The angles run on over ±180° and pitch over ±90°:
-/// beyond it the other pair of angles of the same attitude, (φ + π, π - θ), is measured; see
+/// Leaving that conversion out errs by `tau ψ̇ sin θ` in a steady turn. Both angles are kept within ±180°; pitch runs on
+/// over ±90°: beyond it the other pair of angles of the same attitude, (φ + π, π - θ), is measured; see
 /// [`angles`](Self::angles). Source: E. Iontchev, R. Miletiev, L. Hristov, both structures; the balancing cube's §1.3.
 ///
 /// ```
@@ -102,6 +102,8 @@ impl<T: Real, D: Copy> TiltFilter<T, D> {
         let mut flags = Flags::default();
         for ((angle, y), u) in state.angles.iter_mut().zip(measured.iter()).zip(rates.iter()) {
             flags |= self.stream.update(gains, angle, *y, *u, &mut ());
+            // Whole turns would cost the scalar type's resolution.
+            angle.levels.levels[0] = wrap(angle.level0());
         }
         flags
     }
@@ -125,7 +127,6 @@ impl<T: Real, D: Copy> TiltFilter<T, D> {
     pub fn angles<const N: usize>(&self, state: &TiltState<T, N>) -> Vector2<T> {
         let singular = self.axes.singular();
         let mut angles = state.raw();
-        angles[singular] = wrap(angles[singular]);
         if angles[singular].abs() > T::frac_pi_2() {
             angles[singular] = T::pi().copysign(angles[singular]) - angles[singular];
             angles[1 - singular] += T::pi();
@@ -144,7 +145,7 @@ fn wrap<T: Real>(angle: T) -> T {
     }
 }
 
-/// The state of a [`TiltFilter`]: a linear filter's for each angle, running on without wrapping.
+/// The state of a [`TiltFilter`]: a linear filter's for each angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TiltState<T: Real, const N: usize> {
     /// Roll and pitch, or φ2 and φ3.
@@ -157,11 +158,20 @@ impl<T: Real, const N: usize> TiltState<T, N> {
         Self { angles: [StreamState::new(); 2] }
     }
 
+    /// Starts from two known angles in rad.
+    pub fn from_angles(angles: &Vector2<T>) -> Self {
+        let mut state = Self::new();
+        for (filter, angle) in state.angles.iter_mut().zip(angles.iter()) {
+            filter.start(*angle);
+        }
+        state
+    }
+
     fn started(&self) -> bool {
         self.angles.iter().all(|angle| angle.started)
     }
 
-    /// Both angles as they run on.
+    /// Level 0 of both filters.
     pub fn raw(&self) -> Vector2<T> {
         Vector2::new(self.angles[0].level0(), self.angles[1].level0())
     }

@@ -29,8 +29,8 @@ pub enum Elapsed<T: Real, const N: usize> {
         time: T,
         /// The levels after the last correction.
         start: State<T, N>,
-        /// What the input has added to level 0 since.
-        integral: T,
+        /// What the input has added to the levels since.
+        driven: State<T, N>,
     },
 }
 
@@ -94,9 +94,11 @@ pub(crate) fn placed<T: Real, D: Discretise<T, N>, const N: usize>(
         return [T::zero(); N];
     }
     place(transition, &design.characteristic(time.min(cap)), time).unwrap_or_else(|| {
-        // The gap is so long that its powers overflow: the measurement is all there is.
+        // The powers of the time overflow. After a long gap the measurement is all there is; after next to none it says nothing.
         let mut all = [T::zero(); N];
-        all[0] = T::one();
+        if time > T::one() {
+            all[0] = T::one();
+        }
         all
     })
 }

@@ -1,6 +1,6 @@
 //! Past estimates, for a measurement that arrives late.
 
-use super::Split;
+use super::poles::poles;
 use crate::{Error, Real, Rule};
 use nalgebra::{Complex, ComplexField};
 
@@ -93,6 +93,19 @@ impl<T: Real, R: AsRef<[Past<T>]> + AsMut<[Past<T>]>> History<T, R> {
         Ok(Self { ring, newest: 0, filled: 0, delay })
     }
 
+    /// [`new`](Self::new) for samples every `dt` seconds.
+    ///
+    /// # Errors
+    /// As there, and where `ring` holds fewer estimates than the delay needs, `delay/dt + 2`.
+    pub fn at_period(ring: R, delay: T, dt: T) -> Result<Self, Error> {
+        let history = Self::new(ring, delay)?;
+        let mut reach = T::zero();
+        for _ in 2..history.ring.as_ref().len() {
+            reach += dt;
+        }
+        if delay > reach { Err(Error::new("delay", Rule::WithinHistory)) } else { Ok(history) }
+    }
+
     /// The delay in seconds.
     pub fn delay(&self) -> T {
         self.delay
@@ -175,15 +188,15 @@ impl<T: Real, R: AsRef<[Past<T>]> + AsMut<[Past<T>]>> Hindsight<T> for History<T
     }
 }
 
-/// The delay in seconds at which the loop `e = y(t) - x_0(t - delay)` becomes unstable: the least phase margin divided by
+/// The delay in seconds at which, with the coefficients `k_1 … k_N` and the split (the order, for a chain), the loop `e = y(t) - x_0(t - delay)` becomes unstable: the least phase margin divided by
 /// its gain crossover.
 ///
 /// The open loop is LP/HP of the undelayed filter. Continuous time: a sample period more shortens it a little.
-pub fn longest_delay<T: Real, const N: usize>(design: &Split<T, N>) -> T {
+pub fn longest_delay<T: Real, const N: usize>(coefficients: &[T; N], split: usize) -> T {
     let unit =
-        design.poles().iter().fold(T::zero(), |m, pole| m.max(pole.re.abs() + pole.im.abs()));
+        poles(coefficients).iter().fold(T::zero(), |m, pole| m.max(pole.re.abs() + pole.im.abs()));
     let open_loop = |omega: T| -> Complex<T> {
-        let response = super::continuous_response(design, omega);
+        let response = super::continuous_response(coefficients, split, omega);
         response.low / response.high
     };
     let gain = |omega: T| -> T { ComplexField::modulus(open_loop(omega)) };

@@ -1,7 +1,7 @@
 //! Frequency response of the low branch and of the high branch.
 
 use super::placement::{scaled_departure, solve};
-use super::{Discretise, Recurrence, Split, State};
+use super::{Discretise, Recurrence, State};
 use crate::Real;
 use nalgebra::Complex;
 
@@ -14,19 +14,28 @@ pub struct FrequencyResponse<T> {
     pub high: Complex<T>,
 }
 
-/// The continuous pair at `omega` in rad/s: the terms of `B(jω)` below the split, and the others, over `B(jω)`.
+/// The continuous pair of the coefficients `k_1 … k_N` at `omega` in rad/s: the terms of `B(jω)` below degree `split` (the
+/// order, for a chain), and the others, over `B(jω)`.
 pub fn continuous_response<T: Real, const N: usize>(
-    design: &Split<T, N>,
+    coefficients: &[T; N],
+    split: usize,
     omega: T,
 ) -> FrequencyResponse<T> {
-    let s = Complex::new(T::zero(), omega);
+    // In powers of s/unit, with k_i/unit^i: for large frequencies the plain powers overflow.
+    let unit = omega.abs().max(T::one());
+    let s = Complex::new(T::zero(), omega / unit);
+    let (mut coefficients, mut scale) = (*coefficients, T::one());
+    for k in &mut coefficients {
+        scale /= unit;
+        *k *= scale;
+    }
     let mut power = real(T::one());
     let mut low = real(T::zero());
     let mut high = real(T::zero());
     // Degree 0 has the coefficient k_N, degree N - 1 has k_1, degree N has 1.
-    for (degree, k) in design.coefficients().iter().rev().enumerate() {
+    for (degree, k) in coefficients.iter().rev().enumerate() {
         let term = power * *k;
-        if degree < design.split() {
+        if degree < split {
             low += term;
         } else {
             high += term;

@@ -84,7 +84,8 @@ impl<T: Real, D: Copy> Stream<T, D> {
     }
 
     /// The most time in seconds for which the one measurement after a gap counts; without a cap it counts for the
-    /// whole gap.
+    /// whole gap. Meant for single gaps: where gaps longer than the cap keep coming, filters from order 2 on can become
+    /// unstable with it.
     ///
     /// # Errors
     /// `gap_cap` is not positive and finite.
@@ -112,8 +113,8 @@ impl<T: Real, D: Copy> Stream<T, D> {
     {
         if !state.started {
             if !y.is_finite() {
-                state.input.take(u, gains.dt(), self.hold);
-                return Flags::NOT_STARTED | Flags::MEASUREMENT_MISSING;
+                let (_, flags) = state.input.take(u, gains.dt(), self.hold);
+                return flags | Flags::NOT_STARTED | Flags::MEASUREMENT_MISSING;
             }
             state.start(y);
         }
@@ -244,22 +245,21 @@ impl<T: Real, D: Copy> Stream<T, D> {
     ) where
         D: Discretise<T, N>,
     {
-        let mut added = State::at_rest::<T>(T::zero());
-        self.move_on(gains, &mut added, from, to);
-        let (time, start, integral) = match state.elapsed {
-            Elapsed::LongStep { time, start, integral } => {
-                (time + gains.dt(), start, integral + added.levels[0])
-            }
-            _ => (gains.dt(), state.levels, added.levels[0]),
+        let (time, start, mut driven) = match state.elapsed {
+            Elapsed::LongStep { time, start, driven } => (time + gains.dt(), start, driven),
+            _ => (gains.dt(), state.levels, State::at_rest::<T>(T::zero())),
         };
+        self.move_on(gains, &mut driven, from, to);
         if let (Elapsed::LongStep { .. }, Ok(dt)) = (state.elapsed, Dt::new(time)) {
             state.levels = start;
             self.design.gains(dt).predict(&mut state.levels, T::zero());
-            state.levels.levels[0] += integral;
+            for (level, driven) in state.levels.levels.iter_mut().zip(&driven.levels) {
+                *level += *driven;
+            }
         } else {
             self.move_on(gains, &mut state.levels, from, to);
         }
-        state.elapsed = Elapsed::LongStep { time, start, integral };
+        state.elapsed = Elapsed::LongStep { time, start, driven };
     }
 
     fn wrap(&self, innovation: T) -> T {

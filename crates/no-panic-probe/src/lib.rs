@@ -1,0 +1,52 @@
+//! What runs per sample, linked without std: had any of it a way to panic or to allocate, the library would say so.
+#![no_std]
+
+use compfilt_core::linear::{Flags, RateGains, RateState, SplitGains};
+use compfilt_core::nalgebra::Vector3;
+use compfilt_core::{
+    Chain, Discretise, Dt, Gains, History, Matched, Past, Recurrence, Split, State, Stream,
+    StreamState, TiltFilter, TiltState,
+};
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    loop {}
+}
+
+macro_rules! probe {
+    ($($name:ident($($argument:ident: $Type:ty),*) -> $Output:ty $body:block)*) => {$(
+        #[unsafe(no_mangle)]
+        pub fn $name($($argument: $Type),*) -> $Output $body
+    )*};
+}
+
+probe! {
+    probe_first_order(g: &Gains<f32, 1, 1>, s: &mut State<f32, 1>, y: f32, u: f32) -> f32 { g.step(s, y, u) }
+    probe_pi(g: &Gains<f32, 2, 1>, s: &mut State<f32, 2>, y: f32, u: f32) -> f32 { g.step(s, y, u) }
+    probe_third_order(g: &Gains<f32, 3, 2>, s: &mut State<f32, 3>, y: f32, u: f32) -> f32 { g.step(s, y, u) }
+    probe_butterworth_6(g: &Gains<f64, 6, 1>, s: &mut State<f64, 6>, y: f64, u: f64) -> f64 { g.step(s, y, u) }
+    probe_split(g: &SplitGains<f32, 3>, s: &mut State<f32, 3>, y: f32, u: f32) -> f32 { g.step(s, y, u) }
+    probe_vector(g: &SplitGains<f32, 2>, s: &mut State<Vector3<f32>, 2>, y: &Vector3<f32>) -> () {
+        g.step(s, *y, Vector3::zeros());
+    }
+    probe_predict(g: &Gains<f32, 4, 3>, s: &mut State<f32, 4>, u: f32) -> () { g.predict(s, u) }
+    probe_ramp(g: &Gains<f32, 4, 3>, s: &mut State<f32, 4>, u: f32, v: f32) -> () { g.predict_ramp(s, u, v) }
+    probe_correct(g: &Gains<f32, 4, 3>, s: &mut State<f32, 4>, e: f32) -> () { g.correct(s, e) }
+    probe_rate(g: &RateGains<f32>, s: &mut RateState<f32>, gyro: f32, a: f32) -> f32 { g.update(s, gyro, a) }
+    probe_gains(c: &Chain<f32, 3, 2>, dt: f32) -> Option<Gains<f32, 3, 2>> { Dt::new(dt).ok().map(|dt| c.gains(dt)) }
+    probe_matched(c: &Matched<f32, 3, 2>, dt: f32) -> Option<Gains<f32, 3, 2>> { Dt::new(dt).ok().map(|dt| c.gains(dt)) }
+    probe_stream(
+        c: &Stream<f32, Chain<f32, 4, 3>>, g: &Gains<f32, 4, 3>, s: &mut StreamState<f32, 4>, y: f32, u: f32
+    ) -> Flags { c.update(g, s, y, u, &mut ()) }
+    probe_stream_split(
+        c: &Stream<f32, Split<f32, 3>>, g: &SplitGains<f32, 3>, s: &mut StreamState<f32, 3>, y: f32, u: f32
+    ) -> Flags { c.update(g, s, y, u, &mut ()) }
+    probe_delayed(
+        c: &Stream<f32, Chain<f32, 3, 2>>, g: &Gains<f32, 3, 2>, s: &mut StreamState<f32, 3>,
+        h: &mut History<f32, [Past<f32>; 32]>, y: f32, u: f32
+    ) -> Flags { c.update(g, s, y, u, h) }
+    probe_tilt(
+        c: &TiltFilter<f32, Chain<f32, 2, 1>>, g: &Gains<f32, 2, 1>, s: &mut TiltState<f32, 2>, gyro: &Vector3<f32>,
+        f: &Vector3<f32>
+    ) -> Flags { c.update(g, s, gyro, f) }
+}
