@@ -1,4 +1,4 @@
-//! The only input checks: dtypes, shapes, times, missing values.
+//! The checks of arrays: dtypes, shapes, times, missing values.
 
 use compfilt_core::Real;
 use numpy::ndarray::{ArrayView1, ArrayView2, ArrayViewMut2, Axis};

@@ -1,4 +1,4 @@
-//! The only loops: a filter bound to its channels' states, over one sample or a block of them.
+//! The loops of the linear filters: a filter bound to its channels' states, over one sample or a block of them.
 
 use crate::arrays::Scalar;
 use crate::design::{Design, Rule, Visitor};

@@ -1,9 +1,11 @@
 //! The result of `estimate`: all levels, flags, counts and the state after the last sample.
 
+use crate::design::Design;
+use crate::session::Results;
 use crate::state::State;
 use compfilt_core::linear::Flags;
 use numpy::{PyArrayDyn, PyArrayMethods};
-use pyo3::exceptions::PyAttributeError;
+use pyo3::exceptions::{PyAttributeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
@@ -46,6 +48,22 @@ pub(crate) struct Estimate {
 }
 
 impl Estimate {
+    pub(crate) fn new(
+        py: Python<'_>,
+        design: &Design,
+        results: Results<'_>,
+        state: State,
+    ) -> PyResult<Self> {
+        let missing = || PyValueError::new_err("the levels were not kept");
+        Ok(Self {
+            levels: results.levels.ok_or_else(missing)?.unbind(),
+            flags: results.flags.ok_or_else(missing)?.unbind(),
+            state: Py::new(py, state)?,
+            names: design.level_names(),
+            bias_level: design.bias_level(),
+        })
+    }
+
     fn level<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Bound<'py, PyAny>> {
         self.levels.bind(py).get_item(index)
     }

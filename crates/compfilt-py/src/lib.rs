@@ -2,8 +2,8 @@
 //!
 //! | file | idea |
 //! | --- | --- |
-//! | `arrays` | the only input checks: dtypes, shapes, times, missing values |
-//! | `batch` | the only loops |
+//! | `arrays` | the checks of arrays: dtypes, shapes, times, missing values |
+//! | `batch`, `tilt_batch`, `shares` | the loops over samples, and over workers |
 //! | `session` | a filter at work on Python's arrays |
 //! | `design` | from a run-time order to the core's types |
 //! | `state`, `memory` | what is stored between samples |
@@ -28,6 +28,7 @@ mod linear_filter;
 mod memory;
 mod options;
 mod pi;
+mod precision;
 mod rate;
 mod second_order_inertial;
 mod session;

@@ -3,8 +3,10 @@
 use crate::arrays::{Signal, check_not_transposed, check_same_shape, samples_and_channels};
 use crate::design::{Design, Kind};
 use crate::estimate::Estimate;
-use crate::session::{AnySession, Input, Results, Wanted, precision_of, with_session};
-use crate::stream::{Stream, checked, estimate};
+use crate::options::checked;
+use crate::precision::with_precision;
+use crate::session::{AnySession, Input, Results, Wanted, precision_of};
+use crate::stream::Stream;
 use numpy::{Complex64, PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -89,7 +91,7 @@ impl<'a, 'py> Call<'a, 'py> {
         let mut session = AnySession::new(precision, design, options, self.fs, channels)?;
         let input =
             Input { measurement: &self.measurement, derivative: &self.derivative, t: self.t };
-        with_session!(&mut session, session => {
+        with_precision!(&mut session, session => {
             session.start(self.initial)?;
             let results = session.process(py, &input, handling, wanted)?;
             Ok((results, session.state()))
@@ -284,7 +286,7 @@ impl LinearFilter {
         let call = Call::new(measurement, derivative, fs, t, initial)?;
         let wanted = Wanted::Levels;
         let (results, state) = call.run(py, &self.design, &options, handling, &wanted)?;
-        estimate(py, &self.design, results, state)
+        Estimate::new(py, &self.design, results, state)
     }
 
     /// A filter that carries its state: for samples and blocks as they come.
@@ -343,7 +345,7 @@ impl LinearFilter {
         design.check_delay(options.delay)?;
         let precision = precision_of(dtype)?;
         let mut session = AnySession::new(precision, design, &options, fs, channels.unwrap_or(1))?;
-        with_session!(&mut session, session => session.start(initial))?;
+        with_precision!(&mut session, session => session.start(initial))?;
         let keywords = PyDict::new(py);
         keywords.set_item("fs", fs)?;
         keywords.set_item("channels", channels)?;
@@ -359,7 +361,8 @@ impl LinearFilter {
         keywords.set_item("workers", workers)?;
         let made_by = slf.clone().into_any().unbind();
         let keywords = keywords.into_any().unbind();
-        Ok(Stream::make(session, design.clone(), options, handling, channels, made_by, keywords))
+        let design = design.clone();
+        Ok(Stream { session, design, options, handling, channels, made_by, keywords })
     }
 
     /// The complex response of the low branch (from the measurement) and of the high branch (from the integrated

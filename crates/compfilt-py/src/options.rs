@@ -70,3 +70,22 @@ pub(crate) fn handling(missing: &str, backwards: &str, workers: i64) -> PyResult
         workers: count("workers", workers)?,
     })
 }
+
+/// Both together.
+#[allow(clippy::too_many_arguments)]
+pub(crate) fn checked(
+    rule: &str,
+    input: &str,
+    period: Option<f64>,
+    delay: f64,
+    missing: &str,
+    hold: f64,
+    gap_cap: Option<f64>,
+    backwards: &str,
+    workers: i64,
+) -> PyResult<(Options, Handling)> {
+    Ok((
+        options(rule, input, period, delay, hold, gap_cap)?,
+        handling(missing, backwards, workers)?,
+    ))
+}

@@ -6,6 +6,7 @@ use crate::arrays::{
 };
 use crate::batch::{Block, Options, Runner, Steps, runner};
 use crate::design::Design;
+use crate::precision::InPrecision;
 use crate::state::State;
 use compfilt_core::Dt;
 use numpy::ndarray::{Axis, Ix3};
@@ -236,21 +237,7 @@ pub(crate) fn step<T: Scalar>(
 }
 
 /// A session in the precision of the signals.
-pub(crate) enum AnySession {
-    Single(Session<f32>),
-    Double(Session<f64>),
-}
-
-/// Does the same with either precision.
-macro_rules! with_session {
-    ($any:expr, $session:ident => $body:expr) => {
-        match $any {
-            $crate::session::AnySession::Single($session) => $body,
-            $crate::session::AnySession::Double($session) => $body,
-        }
-    };
-}
-pub(crate) use with_session;
+pub(crate) type AnySession = InPrecision<Session<f32>, Session<f64>>;
 
 impl AnySession {
     pub(crate) fn new(

@@ -4,8 +4,8 @@ use crate::arrays::{Scalar, Signal, samples_and_channels};
 use crate::batch::Options;
 use crate::design::Design;
 use crate::estimate::Estimate;
-use crate::options::{handling, options};
-use crate::session::{AnySession, Handling, Input, Results, Session, Wanted, step, with_session};
+use crate::precision::with_precision;
+use crate::session::{AnySession, Handling, Input, Results, Session, Wanted, step};
 use crate::state::State;
 use compfilt_core::nalgebra::ComplexField;
 use numpy::PyArray1;
@@ -28,31 +28,18 @@ use pyo3::types::PyFloat;
 /// (2,)
 #[pyclass(module = "compfilt._core")]
 pub(crate) struct Stream {
-    session: AnySession,
-    design: Design,
-    options: Options,
-    handling: Handling,
+    pub(crate) session: AnySession,
+    pub(crate) design: Design,
+    pub(crate) options: Options,
+    pub(crate) handling: Handling,
     /// `None`: one channel, scalars and (n,) arrays.
-    channels: Option<usize>,
+    pub(crate) channels: Option<usize>,
     /// How the stream was made, for pickling: the design and its keywords.
-    made_by: Py<PyAny>,
-    keywords: Py<PyAny>,
+    pub(crate) made_by: Py<PyAny>,
+    pub(crate) keywords: Py<PyAny>,
 }
 
 impl Stream {
-    #[allow(clippy::too_many_arguments)]
-    pub(crate) fn make(
-        session: AnySession,
-        design: Design,
-        options: Options,
-        handling: Handling,
-        channels: Option<usize>,
-        made_by: Py<PyAny>,
-        keywords: Py<PyAny>,
-    ) -> Self {
-        Self { session, design, options, handling, channels, made_by, keywords }
-    }
-
     fn check_channels(&self, signal: &Signal<'_>) -> PyResult<()> {
         let (_, channels) = samples_and_channels(signal)?;
         let axes = signal.shape().len();
@@ -83,11 +70,11 @@ impl Stream {
         self.check_channels(&measurement)?;
         let input = Input { measurement: &measurement, derivative: &derivative, t };
         let handling = self.handling;
-        with_session!(&mut self.session, session => session.process(py, &input, handling, wanted))
+        with_precision!(&mut self.session, session => session.process(py, &input, handling, wanted))
     }
 
     fn output<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        with_session!(&self.session, session => level0(py, session, self.channels))
+        with_precision!(&self.session, session => level0(py, session, self.channels))
     }
 }
 
@@ -219,7 +206,7 @@ impl Stream {
         dt: Option<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (channels, handling) = (self.channels, self.handling);
-        with_session!(&mut self.session, session => update(session, channels, handling, y, u, dt))?;
+        with_precision!(&mut self.session, session => update(session, channels, handling, y, u, dt))?;
         self.output(py)
     }
 
@@ -255,8 +242,8 @@ impl Stream {
     ) -> PyResult<Estimate> {
         let wanted = Wanted::Levels;
         let results = self.run(py, y, u, t, &wanted)?;
-        let state = with_session!(&self.session, session => session.state());
-        estimate(py, &self.design, results, state)
+        let state = with_precision!(&self.session, session => session.state());
+        Estimate::new(py, &self.design, results, state)
     }
 
     /// Moves the state on by dt seconds with the derivative u, without a measurement. Returns level 0.
@@ -271,7 +258,7 @@ impl Stream {
             return Err(PyValueError::new_err("the rate filter takes both signals: use update"));
         }
         let (channels, handling) = (self.channels, self.handling);
-        with_session!(&mut self.session, session => predict(session, channels, handling, u, dt))?;
+        with_precision!(&mut self.session, session => predict(session, channels, handling, u, dt))?;
         self.output(py)
     }
 
@@ -288,30 +275,30 @@ impl Stream {
             return Err(PyValueError::new_err("the rate filter takes both signals: use update"));
         }
         let (channels, handling) = (self.channels, self.handling);
-        with_session!(&mut self.session, session => correct(session, channels, handling, y))?;
+        with_precision!(&mut self.session, session => correct(session, channels, handling, y))?;
         self.output(py)
     }
 
     /// Forgets the state: waits for the first measurement, or starts from ``initial`` as in ``filter``.
     #[pyo3(signature = (initial=None))]
     fn reset(&mut self, initial: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        with_session!(&mut self.session, session => session.start(initial))
+        with_precision!(&mut self.session, session => session.start(initial))
     }
 
     /// The state between two samples; set it to continue from there.
     #[getter]
     fn state(&self) -> State {
-        with_session!(&self.session, session => session.state())
+        with_precision!(&self.session, session => session.state())
     }
 
     #[setter]
     fn set_state(&mut self, state: &Bound<'_, State>) -> PyResult<()> {
-        with_session!(&mut self.session, session => session.set_state(state.get()))
+        with_precision!(&mut self.session, session => session.set_state(state.get()))
     }
 
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
         other.cast::<Self>().ok().and_then(|other| other.try_borrow().ok()).is_some_and(|other| {
-            let fs = |stream: &Self| with_session!(&stream.session, session => session.fs);
+            let fs = |stream: &Self| with_precision!(&stream.session, session => session.fs);
             let workers = other.handling.workers;
             self.design == other.design
                 && self.options == other.options
@@ -347,40 +334,4 @@ pub(crate) fn _stream<'py>(
     let stream = made_by.call_method("stream", (), Some(keywords))?;
     stream.setattr("state", state)?;
     Ok(stream)
-}
-
-/// The result of a run as Python sees it.
-pub(crate) fn estimate(
-    py: Python<'_>,
-    design: &Design,
-    results: Results<'_>,
-    state: State,
-) -> PyResult<Estimate> {
-    let missing = || PyValueError::new_err("the levels were not kept");
-    Ok(Estimate {
-        levels: results.levels.ok_or_else(missing)?.unbind(),
-        flags: results.flags.ok_or_else(missing)?.unbind(),
-        state: Py::new(py, state)?,
-        names: design.level_names(),
-        bias_level: design.bias_level(),
-    })
-}
-
-/// The options of a stream, checked together.
-#[allow(clippy::too_many_arguments)]
-pub(crate) fn checked(
-    rule: &str,
-    input: &str,
-    period: Option<f64>,
-    delay: f64,
-    missing: &str,
-    hold: f64,
-    gap_cap: Option<f64>,
-    backwards: &str,
-    workers: i64,
-) -> PyResult<(Options, Handling)> {
-    Ok((
-        options(rule, input, period, delay, hold, gap_cap)?,
-        handling(missing, backwards, workers)?,
-    ))
 }

@@ -3,10 +3,11 @@
 use crate::batch::Options;
 use crate::linear_filter::LinearFilter;
 use crate::options::{choice, handling, rule};
+use crate::precision::with_precision;
 use crate::session::precision_of;
 use crate::tilt::axes_of;
 use crate::tilt_batch::Settings;
-use crate::tilt_session::{AnySession, Signals, with_tilt};
+use crate::tilt_session::{AnySession, Signals};
 use crate::tilt_stream::{TiltEstimate, TiltStream};
 use compfilt_core::linear::Input;
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -172,7 +173,7 @@ impl TiltFilter {
         let precision = signals.gyr.precision.with(signals.acc.precision);
         let mut session =
             AnySession::new(precision, &self.design.design, self.settings, &options, fs)?;
-        with_tilt!(&mut session, session => {
+        with_precision!(&mut session, session => {
             session.start(initial)?;
             let arrays = session.process(py, &signals, handling, true)?;
             TiltEstimate::new(py, &self.design.design, arrays, session.state())
@@ -223,7 +224,7 @@ impl TiltFilter {
         let precision = precision_of(dtype)?;
         let mut session =
             AnySession::new(precision, &this.design.design, this.settings, &options, fs)?;
-        with_tilt!(&mut session, session => session.start(initial))?;
+        with_precision!(&mut session, session => session.start(initial))?;
         let keywords = PyDict::new(py);
         keywords.set_item("fs", fs)?;
         keywords.set_item("dtype", precision.name())?;

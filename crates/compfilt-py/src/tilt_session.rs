@@ -3,6 +3,7 @@
 use crate::arrays::{Precision, Scalar, Signal, check_all_finite, check_vectors, columns};
 use crate::batch::{Options, Steps};
 use crate::design::Design;
+use crate::precision::InPrecision;
 use crate::session::{Handling, steps};
 use crate::state::State;
 use crate::tilt_batch::{Block, Make, Runner, Settings};
@@ -20,21 +21,8 @@ pub(crate) struct Session<T: Scalar> {
     kind: String,
 }
 
-pub(crate) enum AnySession {
-    Single(Session<f32>),
-    Double(Session<f64>),
-}
-
-macro_rules! with_tilt {
-    ($any:expr, $session:ident => $body:expr) => {
-        match $any {
-            $crate::tilt_session::AnySession::Single($session) => $body,
-            $crate::tilt_session::AnySession::Double($session) => $body,
-        }
-    };
-}
-
-pub(crate) use with_tilt;
+/// A session in the precision of the signals.
+pub(crate) type AnySession = InPrecision<Session<f32>, Session<f64>>;
 
 /// The arrays of one call.
 pub(crate) struct Signals<'a, 'py> {

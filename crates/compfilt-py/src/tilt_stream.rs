@@ -3,10 +3,11 @@
 use crate::arrays::{Scalar, Signal};
 use crate::design::Design;
 use crate::estimate::counts;
+use crate::precision::with_precision;
 use crate::session::{Handling, step};
 use crate::state::State;
 use crate::tilt_filter::TiltFilter;
-use crate::tilt_session::{AnySession, Arrays, Session, Signals, with_tilt};
+use crate::tilt_session::{AnySession, Arrays, Session, Signals};
 use compfilt_core::nalgebra::{ComplexField, Vector3};
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::exceptions::{PyAttributeError, PyValueError};
@@ -20,7 +21,7 @@ use pyo3::types::PyDict;
 /// angles : ndarray, shape (n, 2)
 ///     Roll and pitch (or phi2 and phi3) in rad, in their usual ranges; NaN before the first measurement.
 /// levels : ndarray, shape (order, n, 2)
-///     The levels of both filters; level 0 runs on without wrapping.
+///     The levels of both filters; level 0 within one turn, pitch not yet brought into its usual range.
 /// bias : ndarray, shape (n, 2)
 ///     The error of the angle rates in rad/s, where the design estimates one.
 /// flags : ndarray of uint8, shape (n,)
@@ -168,7 +169,7 @@ impl TiltStream {
         dt: Option<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let handling = self.handling;
-        with_tilt!(&mut self.session, session => update(py, session, handling, gyr, acc, dt))
+        with_precision!(&mut self.session, session => update(py, session, handling, gyr, acc, dt))
     }
 
     /// A block of samples, (n, 3) each; the state is carried on. Returns the angles, (n, 2).
@@ -182,7 +183,7 @@ impl TiltStream {
     ) -> PyResult<Bound<'py, PyAny>> {
         let signals = Signals::new(gyr, acc, t)?;
         let handling = self.handling;
-        let arrays = with_tilt!(&mut self.session, session => session.process(py, &signals, handling, false))?;
+        let arrays = with_precision!(&mut self.session, session => session.process(py, &signals, handling, false))?;
         Ok(arrays.angles)
     }
 
@@ -197,7 +198,7 @@ impl TiltStream {
     ) -> PyResult<TiltEstimate> {
         let signals = Signals::new(gyr, acc, t)?;
         let handling = self.handling;
-        let (arrays, state) = with_tilt!(&mut self.session, session => {
+        let (arrays, state) = with_precision!(&mut self.session, session => {
             (session.process(py, &signals, handling, true)?, session.state())
         });
         TiltEstimate::new(py, &self.design, arrays, state)
@@ -206,18 +207,18 @@ impl TiltStream {
     /// Forgets the state: waits for the first measurement, or starts from ``initial`` as in ``estimate``.
     #[pyo3(signature = (initial=None))]
     fn reset(&mut self, initial: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        with_tilt!(&mut self.session, session => session.start(initial))
+        with_precision!(&mut self.session, session => session.start(initial))
     }
 
     /// The state between two samples; set it to continue from there.
     #[getter]
     fn state(&self) -> State {
-        with_tilt!(&self.session, session => session.state())
+        with_precision!(&self.session, session => session.state())
     }
 
     #[setter]
     fn set_state(&mut self, state: &Bound<'_, State>) -> PyResult<()> {
-        with_tilt!(&mut self.session, session => session.set_state(state.get()))
+        with_precision!(&mut self.session, session => session.set_state(state.get()))
     }
 
     fn __eq__(&self, py: Python<'_>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
