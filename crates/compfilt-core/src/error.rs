@@ -20,6 +20,48 @@ pub enum Rule {
     AtMostOrder,
     /// Short enough for the stored history.
     WithinHistory,
+    /// Finite.
+    Finite,
+    /// Orthogonal to within 1e-6: `S Sᵀ = I`.
+    Orthogonal,
+    /// At least three channels in use.
+    ThreeChannels,
+    /// Every channel in use along an axis of the body: what the aligned form needs.
+    Aligned,
+    /// A geometry of sensors that gives a quantity along an axis.
+    Gives(Quantity, BodyAxis, Failure),
+}
+
+/// What an accelerometer array is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// The specific force of gravity at the pivot.
+    Gravity,
+    /// The angular acceleration.
+    AngularAcceleration,
+}
+
+/// An axis of the body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)] // The names say all.
+pub enum BodyAxis {
+    X,
+    Y,
+    Z,
+}
+
+/// Why a geometry of sensors does not give a quantity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Failure {
+    /// No channel in use sees the axis.
+    Unseen,
+    /// It can be mistaken for another motion: both look the same to every channel in use.
+    Ambiguous,
+    /// It can, but for the body rate, which is not known to this form.
+    NeedsRate,
+    /// The condition is above 1e6.
+    IllConditioned,
 }
 
 /// A parameter that cannot work, with the rule that it broke.
@@ -68,7 +110,48 @@ impl fmt::Display for Error {
             Rule::WithinHistory => {
                 write!(f, "{parameter} must be short enough for the stored history")
             }
+            Rule::Finite => write!(f, "{parameter} must be finite"),
+            Rule::Orthogonal => {
+                write!(f, "{parameter} must be orthogonal matrices, S S^T = I to within 1e-6")
+            }
+            Rule::ThreeChannels => write!(f, "{parameter} must leave at least three in use"),
+            Rule::Aligned => {
+                write!(f, "{parameter} is for channels that all lie along the body's axes")
+            }
+            Rule::Gives(quantity, axis, failure) => {
+                write!(f, "{parameter} must give {quantity} {axis}, but {failure}")
+            }
         }
+    }
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Gravity => "gravity along",
+            Self::AngularAcceleration => "the angular acceleration about",
+        })
+    }
+}
+
+impl fmt::Display for BodyAxis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+        })
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Unseen => "no channel in use sees that axis",
+            Self::Ambiguous => "another motion looks the same to every channel in use",
+            Self::NeedsRate => "that takes the body rate of a gyro as well",
+            Self::IllConditioned => "its condition is above 1e6",
+        })
     }
 }
 

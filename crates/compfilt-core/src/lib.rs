@@ -5,7 +5,8 @@
 //! | module | what it holds |
 //! | --- | --- |
 //! | [`linear`] | the chain of integrators with its gains, and every linear complementary filter as a design of it |
-//! | [`gravity`] | gravity to angles, body rates to angle rates, and the filter that fuses both |
+//! | [`gravity`] | accelerometers to gravity, gravity to angles, body rates to angle rates, and the filters that fuse them |
+//! | [`Observer`] | the estimate of a linear system's state from its outputs |
 //! | [`Real`], [`Element`] | `f32` or `f64`; what may be filtered: a scalar, a lane of channels, a vector |
 //! | [`Dt`], [`Error`] | a checked time step; which parameter broke which rule |
 //!
@@ -28,17 +29,19 @@ mod element;
 mod error;
 pub mod gravity;
 pub mod linear;
+mod observer;
 mod real;
 
 pub use dt::Dt;
 pub use element::Element;
 pub use error::{Error, Rule};
-pub use gravity::{Axes, TiltFilter, TiltState};
+pub use gravity::{AccelerometerArray, Axes, Cube, TiltFilter, TiltState};
 pub use linear::{
     Butterworth, Chain, Discretise, FirstOrder, Flags, Gains, History, Input, Matched, Past,
     PiForm, RateFilter, Recurrence, SecondOrderInertial, Split, State, Stream, StreamState,
     ThirdOrder,
 };
+pub use observer::{Observer, ObserverModel, ObserverState};
 pub use real::Real;
 
 /// Vectors and complex numbers in the interface are nalgebra's.

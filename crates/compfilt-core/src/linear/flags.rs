@@ -17,6 +17,8 @@ impl Flags {
     pub const NOT_STARTED: Self = Self(8);
     /// The state had overflowed and was started anew from the measurement.
     pub const RESTARTED: Self = Self(16);
+    /// A sensor of several was missing: its part was left out.
+    pub const SENSOR_MISSING: Self = Self(32);
 
     /// The set as bits.
     pub fn bits(self) -> u8 {
