@@ -28,8 +28,8 @@ pub enum Rule {
     ThreeChannels,
     /// Every channel in use along an axis of the body: what the aligned form needs.
     Aligned,
-    /// A geometry of sensors that gives a quantity along an axis.
-    Gives(Quantity, BodyAxis, Failure),
+    /// A geometry of sensors that gives a quantity along these axes.
+    Gives(Quantity, BodyAxes, Failure),
 }
 
 /// What an accelerometer array is asked for.
@@ -41,14 +41,9 @@ pub enum Quantity {
     AngularAcceleration,
 }
 
-/// An axis of the body.
+/// Some of the body's axes x, y, z.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)] // The names say all.
-pub enum BodyAxis {
-    X,
-    Y,
-    Z,
-}
+pub struct BodyAxes(pub [bool; 3]);
 
 /// Why a geometry of sensors does not give a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,8 +113,8 @@ impl fmt::Display for Error {
             Rule::Aligned => {
                 write!(f, "{parameter} is for channels that all lie along the body's axes")
             }
-            Rule::Gives(quantity, axis, failure) => {
-                write!(f, "{parameter} must give {quantity} {axis}, but {failure}")
+            Rule::Gives(quantity, axes, failure) => {
+                write!(f, "{parameter} must give {quantity} {axes}, but {failure}")
             }
         }
     }
@@ -134,12 +129,17 @@ impl fmt::Display for Quantity {
     }
 }
 
-impl fmt::Display for BodyAxis {
+impl fmt::Display for BodyAxes {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::X => "x",
-            Self::Y => "y",
-            Self::Z => "z",
+        f.write_str(match self.0 {
+            [true, false, false] => "x",
+            [false, true, false] => "y",
+            [false, false, true] => "z",
+            [true, true, false] => "x and y",
+            [true, false, true] => "x and z",
+            [false, true, true] => "y and z",
+            [true, true, true] => "x, y and z",
+            [false, false, false] => "no axis",
         })
     }
 }
@@ -147,7 +147,7 @@ impl fmt::Display for BodyAxis {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Unseen => "no channel in use sees that axis",
+            Self::Unseen => "no channel in use sees it",
             Self::Ambiguous => "another motion looks the same to every channel in use",
             Self::NeedsRate => "that takes the body rate of a gyro as well",
             Self::IllConditioned => "its condition is above 1e6",

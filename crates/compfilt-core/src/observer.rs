@@ -10,16 +10,16 @@ use nalgebra::{ComplexField, SMatrix, SVector};
 /// the steady-state Kalman filter is the same observer. Source: the balancing cube's §1.4.
 ///
 /// ```
-/// use compfilt_core::nalgebra::{matrix, vector};
+/// use compfilt_core::nalgebra::{Matrix1x2, Matrix2, Vector1, Vector2};
 /// use compfilt_core::{Observer, ObserverState};
-/// let a = matrix![1.0, 0.1; 0.0, 1.0_f64];
-/// let correction = matrix![0.5; 1.0];
-/// let observer = Observer::new(a, matrix![0.005; 0.1], matrix![1.0, 0.0], a * correction, correction)?;
-/// let mut state = ObserverState::new(vector![0.0, 0.0]);
-/// let (filtered, _) = observer.correct(&mut state, &vector![1.0]);
-/// assert_eq!(filtered, vector![0.5, 1.0]);
-/// observer.predict(&mut state, &vector![0.0]);
-/// assert_eq!(state.x, vector![0.6, 1.0]);
+/// let a = Matrix2::new(1.0, 0.1, 0.0, 1.0_f64);
+/// let (b, c, correction) = (Vector2::new(0.005, 0.1), Matrix1x2::new(1.0, 0.0), Vector2::new(0.5, 1.0));
+/// let observer = Observer::new(a, b, c, a * correction, correction)?;
+/// let mut state = ObserverState::new(Vector2::zeros());
+/// let (filtered, _) = observer.correct(&mut state, &Vector1::new(1.0));
+/// assert_eq!(filtered, Vector2::new(0.5, 1.0));
+/// observer.predict(&mut state, &Vector1::new(0.0));
+/// assert_eq!(state.x, Vector2::new(0.6, 1.0));
 /// # Ok::<(), compfilt_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -15,6 +15,8 @@
 // Array views are passed by value, as slices are.
 #![allow(clippy::needless_pass_by_value)]
 
+mod array;
+mod array_input;
 mod arrays;
 mod batch;
 mod butterworth;
@@ -26,6 +28,9 @@ mod estimate;
 mod first_order;
 mod linear_filter;
 mod memory;
+mod observer;
+mod observer_session;
+mod observer_stream;
 mod options;
 mod pi;
 mod precision;
@@ -46,6 +51,8 @@ mod tilt_stream;
 #[pyo3::pymodule(gil_used = false)]
 mod _core {
     #[pymodule_export]
+    use crate::array::AccelerometerArray;
+    #[pymodule_export]
     use crate::butterworth::Butterworth;
     #[pymodule_export]
     use crate::chain::Chain;
@@ -57,6 +64,10 @@ mod _core {
     use crate::first_order::FirstOrder;
     #[pymodule_export]
     use crate::linear_filter::LinearFilter;
+    #[pymodule_export]
+    use crate::observer::Observer;
+    #[pymodule_export]
+    use crate::observer_stream::{ObserverEstimate, ObserverStream};
     #[pymodule_export]
     use crate::pi::PiForm;
     #[pymodule_export]

@@ -1,7 +1,7 @@
 //! A stored state: plain numbers that pickle, compare and bring a filter back bit for bit.
 
 use crate::arrays::Scalar;
-use crate::design::small;
+use crate::options::count;
 use compfilt_core::State as Levels;
 use compfilt_core::linear::{Elapsed, Held, Past, RateInputs, StreamState};
 use compfilt_core::nalgebra::SVector;
@@ -31,8 +31,13 @@ impl Numbers {
         Reader(self.0.iter())
     }
 
-    fn put<T: Scalar>(&mut self, values: &[T]) {
+    pub(crate) fn put<T: Scalar>(&mut self, values: &[T]) {
         self.0.extend(values.iter().map(|value| value.to_f64()));
+    }
+
+    /// All of them, for a filter whose state is plain numbers.
+    pub(crate) fn values<T: Scalar>(&self) -> Vec<T> {
+        self.0.iter().map(|value| T::literal(*value)).collect()
     }
 
     fn put_held<T: Scalar>(&mut self, held: &Held<T>) {
@@ -227,7 +232,7 @@ impl State {
         kind: String,
         numbers: Vec<Vec<f64>>,
     ) -> PyResult<Self> {
-        let order = small("order", order)?;
+        let order = count("order", order)?.get();
         if numbers.iter().any(|channel| channel.len() < order) {
             return Err(PyValueError::new_err(
                 "numbers must hold at least the levels of every channel",

@@ -2,7 +2,7 @@
 
 use super::extraction::{Extraction, SensorWeights, centripetal};
 use super::least_squares::{Channel, Information, Unknowns};
-use crate::error::{BodyAxis, Failure, Quantity};
+use crate::error::{BodyAxes, Failure, Quantity};
 use crate::{Error, Real, Rule};
 use nalgebra::{ComplexField, Matrix3, SMatrix, Vector3};
 
@@ -100,8 +100,6 @@ pub struct AccelerometerArray<B> {
     length: f64,
 }
 
-const AXES: [BodyAxis; 3] = [BodyAxis::X, BodyAxis::Y, BodyAxis::Z];
-
 impl<B: AsRef<[Accelerometer]>> AccelerometerArray<B> {
     /// Takes the sensors; the aligned form where it applies.
     ///
@@ -117,9 +115,7 @@ impl<B: AsRef<[Accelerometer]>> AccelerometerArray<B> {
         let farthest = all.iter().map(|sensor| sensor.position.norm()).fold(0.0, f64::max);
         let length = if farthest > 0.0 { farthest } else { 1.0 };
         let array = Self { sensors, form: Form::General, length };
-        for axis in AXES {
-            array.noise(Quantity::Gravity, Rate::Known, axis)?;
-        }
+        array.check(Quantity::Gravity, Rate::Known, [true; 3])?;
         let form = if array.is_aligned() { Form::Aligned } else { Form::General };
         Ok(Self { form, ..array })
     }
@@ -148,7 +144,7 @@ impl<B: AsRef<[Accelerometer]>> AccelerometerArray<B> {
     /// The standard deviation of a quantity about or along each body axis, in units of the channels' noise; infinite where
     /// the geometry does not give it.
     pub fn noise_gain(&self, quantity: Quantity, rate: Rate) -> Vector3<f64> {
-        Vector3::from(AXES.map(|axis| self.noise(quantity, rate, axis).unwrap_or(f64::INFINITY)))
+        Vector3::from([0, 1, 2].map(|row| self.noise(quantity, rate, row).unwrap_or(f64::INFINITY)))
     }
 
     /// How to compute the quantity, with `weights` as the place to put it; rows of axes that are not asked for stay zero.
@@ -163,13 +159,11 @@ impl<B: AsRef<[Accelerometer]>> AccelerometerArray<B> {
         matrices: &mut [Matrix3<f64>],
         mut weights: W,
     ) -> Result<Extraction<f64, W>, Error> {
-        for (row, (axis, asked)) in AXES.into_iter().zip(axes).enumerate() {
-            if asked {
-                self.noise(quantity, rate, axis)?;
-                for (problem, wanted) in self.problems(quantity, rate, row) {
-                    if let Some(information) = Information::of(self.channels(problem)) {
-                        information.weigh(&self.channels(problem), &wanted, matrices, row);
-                    }
+        self.check(quantity, rate, axes)?;
+        for (row, _) in axes.iter().enumerate().filter(|(_, asked)| **asked) {
+            for (problem, wanted) in self.problems(quantity, rate, row) {
+                if let Some(information) = Information::of(self.channels(problem)) {
+                    information.weigh(&self.channels(problem), &wanted, matrices, row);
                 }
             }
         }
@@ -197,32 +191,38 @@ impl<B: AsRef<[Accelerometer]>> AccelerometerArray<B> {
         })
     }
 
-    /// The noise of a quantity, or why the geometry does not give it.
-    fn noise(&self, quantity: Quantity, rate: Rate, axis: BodyAxis) -> Result<f64, Error> {
-        let row = axis as usize;
-        let mut variance = 0.0;
-        for (problem, wanted) in self.problems(quantity, rate, row) {
-            let noise = Information::of(self.channels(problem))
-                .ok_or(Failure::Unseen)
-                .and_then(|information| information.noise(&wanted))
-                .map_err(|failure| self.explain(quantity, rate, axis, failure))?;
-            variance += noise * noise;
+    /// Whether the geometry gives a quantity along all of `axes`; the error names those along which it does not.
+    fn check(&self, quantity: Quantity, rate: Rate, axes: [bool; 3]) -> Result<(), Error> {
+        let mut failed = [false; 3];
+        let mut first = None;
+        for (row, failed) in failed.iter_mut().enumerate().filter(|(row, _)| axes[*row]) {
+            if let Err(failure) = self.noise(quantity, rate, row) {
+                *failed = true;
+                first = first.or(Some((row, failure)));
+            }
         }
-        Ok(variance.sqrt())
-    }
-
-    fn explain(&self, quantity: Quantity, rate: Rate, axis: BodyAxis, failure: Failure) -> Error {
-        let along =
-            |sensor: &Accelerometer, channel| sensor.direction(channel)[axis as usize].abs();
+        let Some((row, failure)) = first else { return Ok(()) };
+        let along = |sensor: &Accelerometer, channel| sensor.direction(channel)[row].abs();
         let seen = self.used().any(|(_, sensor, channel)| along(sensor, channel) > 1e-12);
         let failure = if quantity == Quantity::Gravity && !seen {
             Failure::Unseen
-        } else if rate == Rate::Unknown && self.noise(quantity, Rate::Known, axis).is_ok() {
+        } else if rate == Rate::Unknown && self.noise(quantity, Rate::Known, row).is_ok() {
             Failure::NeedsRate
         } else {
             failure
         };
-        Error::new("positions", Rule::Gives(quantity, axis, failure))
+        Err(Error::new("positions", Rule::Gives(quantity, BodyAxes(failed), failure)))
+    }
+
+    /// The noise of a quantity along one axis, or why the geometry does not give it.
+    fn noise(&self, quantity: Quantity, rate: Rate, row: usize) -> Result<f64, Failure> {
+        let mut variance = 0.0;
+        for (problem, wanted) in self.problems(quantity, rate, row) {
+            let information = Information::of(self.channels(problem)).ok_or(Failure::Unseen)?;
+            let noise = information.noise(&wanted)?;
+            variance += noise * noise;
+        }
+        Ok(variance.sqrt())
     }
 
     /// The least-squares problems whose answers add up to a quantity.

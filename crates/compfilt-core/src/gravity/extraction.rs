@@ -1,7 +1,7 @@
 //! The step of an accelerometer array: readings in, gravity or the angular acceleration out.
 
 use crate::Real;
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{ComplexField, Matrix3, SMatrix, SVector, Vector3};
 
 /// One sensor's part in an [`Extraction`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,8 +42,7 @@ pub struct Extraction<T, W> {
 
 impl<T: Real, W: AsRef<[SensorWeights<T>]>> Extraction<T, W> {
     /// The quantity in body axes. `forces` holds the sensors' readings in m/s², each in its own axes, `rate` the body rate in
-    /// rad/s, which counts only where the extraction is made for a known rate. A used reading that is not finite makes the
-    /// result not finite.
+    /// rad/s, which counts only where the extraction is made for a known rate. NaN where a reading that counts is not finite.
     pub fn step(&self, forces: &[Vector3<T>], rate: &Vector3<T>) -> Vector3<T> {
         let mut sum = Vector3::zeros();
         for (sensor, force) in self.weights.as_ref().iter().zip(forces) {
@@ -53,10 +52,10 @@ impl<T: Real, W: AsRef<[SensorWeights<T>]>> Extraction<T, W> {
                 }
             }
         }
-        match &self.centripetal {
-            None => sum,
-            Some(centripetal) => sum - centripetal * products(rate),
+        if let Some(centripetal) = &self.centripetal {
+            sum -= centripetal * products(rate);
         }
+        if sum.iter().all(ComplexField::is_finite) { sum } else { Vector3::from_element(T::NAN) }
     }
 }
 

@@ -18,7 +18,7 @@ mod mean_rate;
 mod tilt;
 mod tilt_filter;
 
-pub use crate::error::{BodyAxis, Failure, Quantity};
+pub use crate::error::{BodyAxes, Failure, Quantity};
 pub use array::{Accelerometer, AccelerometerArray, Form, Rate};
 pub use cube::{Cube, CubeSample};
 pub use extraction::{Extraction, SensorWeights};
