@@ -1,11 +1,12 @@
 //! What runs per sample, linked without std: had any of it a way to panic or to allocate, the library would say so.
 #![no_std]
 
+use compfilt_core::gravity::{Cube, CubeSample, Extraction, SensorWeights, mean_rate};
 use compfilt_core::linear::{Flags, RateGains, RateState, SplitGains};
-use compfilt_core::nalgebra::Vector3;
+use compfilt_core::nalgebra::{Matrix3, SVector, Vector1, Vector2, Vector3};
 use compfilt_core::{
-    Chain, Discretise, Dt, Gains, History, Matched, Past, Recurrence, Split, State, Stream,
-    StreamState, TiltFilter, TiltState,
+    Chain, Discretise, Dt, Gains, History, Matched, Observer, ObserverState, Past, Recurrence,
+    Split, State, Stream, StreamState, TiltFilter, TiltState,
 };
 
 #[panic_handler]
@@ -49,4 +50,18 @@ probe! {
         c: &TiltFilter<f32, Chain<f32, 2, 1>>, g: &Gains<f32, 2, 1>, s: &mut TiltState<f32, 2>, gyro: &Vector3<f32>,
         f: &Vector3<f32>
     ) -> Flags { c.update(g, s, gyro, f) }
+    probe_extraction(e: &Extraction<f32, [SensorWeights<f32>; 6]>, f: &[Vector3<f32>; 6], w: &Vector3<f32>) -> Vector3<f32> {
+        e.step(f, w)
+    }
+    probe_mean_rate(s: &[Matrix3<f32>; 6], w: &[Vector3<f32>; 6]) -> Vector3<f32> { mean_rate(s, w).0 }
+    probe_cube(
+        c: &Cube<f32, Chain<f32, 2, 1>, 6>, g: &Gains<f32, 2, 1>, s: &mut TiltState<f32, 2>, w: &[Vector3<f32>; 6],
+        f: &[Vector3<f32>; 6], wheels: &Vector3<f32>
+    ) -> CubeSample<f32> { c.update(g, s, w, f, wheels) }
+    probe_observer_correct(
+        o: &Observer<f32, 3, 2, 1>, s: &mut ObserverState<f32, 3, 2, 1>, y: &Vector2<f32>
+    ) -> SVector<f32, 3> { o.correct(s, y).0 }
+    probe_observer_predict(
+        o: &Observer<f32, 3, 2, 1>, s: &mut ObserverState<f32, 3, 2, 1>, u: &Vector1<f32>
+    ) -> Flags { o.predict(s, u) }
 }

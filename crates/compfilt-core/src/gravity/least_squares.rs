@@ -1,13 +1,15 @@
 //! The best linear unbiased weights of channels for a quantity that they see mixed with others.
 
 use crate::error::Failure;
-use nalgebra::{ComplexField, Matrix3, SMatrix, SVD, SVector};
+use nalgebra::{ComplexField, Matrix3, SMatrix, SVector};
 
 /// The most unknowns of a problem: nine of the motion, three of gravity. Smaller problems leave columns at zero.
 const UNKNOWNS: usize = 12;
 
 /// One value for each unknown.
 pub(super) type Unknowns = SVector<f64, UNKNOWNS>;
+
+type Square = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
 
 /// A reading that is a linear function of the unknowns.
 pub(super) struct Channel {
@@ -28,21 +30,21 @@ const RANK: f64 = 1e-12;
 /// What a set of channels knows of the unknowns: the singular values and vectors of its weighted responses.
 pub(super) struct Information {
     singular_values: Unknowns,
-    vectors_t: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
+    /// Right singular vectors, one a column.
+    vectors: Square,
     largest: f64,
 }
 
 impl Information {
-    /// `None` if the decomposition does not converge or nothing is seen.
+    /// `None` if nothing is seen.
     pub(super) fn of(channels: impl Iterator<Item = Channel>) -> Option<Self> {
-        let mut triangle = SMatrix::zeros();
+        let mut triangle = Square::zeros();
         for channel in channels {
             absorb(&mut triangle, channel.response / channel.noise);
         }
-        let svd = SVD::try_new(triangle, false, true, f64::EPSILON, 10_000)?;
-        let largest = svd.singular_values.max();
-        Some(Self { singular_values: svd.singular_values, vectors_t: svd.v_t?, largest })
-            .filter(|_| largest > 0.0 && largest.is_finite())
+        let (singular_values, vectors) = decompose(triangle);
+        let largest = singular_values.max();
+        (largest > 0.0 && largest.is_finite()).then_some(Self { singular_values, vectors, largest })
     }
 
     /// The standard deviation of the best estimate of `wanted · unknowns`.
@@ -94,23 +96,23 @@ impl Information {
     /// The least solution `x` of `Aᵀ A x = wanted`, where `A` is the weighted responses.
     fn solve(&self, wanted: &Unknowns) -> Unknowns {
         let mut solution = Unknowns::zeros();
-        for ((part, size), vector) in self.parts(wanted).zip(self.vectors_t.row_iter()) {
+        for ((part, size), vector) in self.parts(wanted).zip(self.vectors.column_iter()) {
             if size > RANK * self.largest {
-                solution += vector.transpose() * (part / (size * size));
+                solution += vector * (part / (size * size));
             }
         }
         solution
     }
 
     fn parts(&self, wanted: &Unknowns) -> impl Iterator<Item = (f64, f64)> {
-        let parts = self.vectors_t * wanted;
+        let parts = self.vectors.tr_mul(wanted);
         let sizes = self.singular_values;
         (0..UNKNOWNS).map(move |i| (parts[i], sizes[i]))
     }
 }
 
 /// Rotates a row into an upper triangle `R`, so that `RᵀR` grows by its square.
-fn absorb(triangle: &mut SMatrix<f64, UNKNOWNS, UNKNOWNS>, mut row: Unknowns) {
+fn absorb(triangle: &mut Square, mut row: Unknowns) {
     for j in 0..UNKNOWNS {
         let length = ComplexField::hypot(triangle[(j, j)], row[j]);
         if length > 0.0 {
@@ -121,5 +123,43 @@ fn absorb(triangle: &mut SMatrix<f64, UNKNOWNS, UNKNOWNS>, mut row: Unknowns) {
                 row[k] = cosine * below - sine * above;
             }
         }
+    }
+}
+
+/// Singular values and right singular vectors by one-sided Jacobi rotations: small singular values come out as accurate as
+/// large ones, which a decision about rank needs. (nalgebra's own decomposition was tried and loses them.)
+fn decompose(mut columns: Square) -> (Unknowns, Square) {
+    let mut vectors = Square::identity();
+    // A dozen sweeps suffice; the bound is for what is not finite.
+    for _ in 0..60 {
+        let mut at_rest = true;
+        for p in 0..UNKNOWNS {
+            for q in p + 1..UNKNOWNS {
+                let product = columns.column(p).dot(&columns.column(q));
+                let (one, other) =
+                    (columns.column(p).norm_squared(), columns.column(q).norm_squared());
+                if product.abs() > f64::EPSILON * (one * other).sqrt() {
+                    at_rest = false;
+                    let zeta = (other - one) / (2.0 * product);
+                    let tangent = 1.0_f64.copysign(zeta) / (zeta.abs() + 1.0.hypot(zeta));
+                    rotate(&mut columns, p, q, tangent);
+                    rotate(&mut vectors, p, q, tangent);
+                }
+            }
+        }
+        if at_rest {
+            break;
+        }
+    }
+    (Unknowns::from_fn(|i, _| columns.column(i).norm()), vectors)
+}
+
+fn rotate(columns: &mut Square, p: usize, q: usize, tangent: f64) {
+    let cosine = 1.0 / 1.0.hypot(tangent);
+    let sine = cosine * tangent;
+    for row in 0..UNKNOWNS {
+        let (one, other) = (columns[(row, p)], columns[(row, q)]);
+        columns[(row, p)] = cosine * one - sine * other;
+        columns[(row, q)] = sine * one + cosine * other;
     }
 }
