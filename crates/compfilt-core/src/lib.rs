@@ -5,6 +5,7 @@
 //! | module | what it holds |
 //! | --- | --- |
 //! | [`linear`] | the chain of integrators with its gains, and every linear complementary filter as a design of it |
+//! | [`attitude`] | filters on the rotation group |
 //! | [`gravity`] | accelerometers to gravity, gravity to angles, body rates to angle rates, and the filters that fuse them |
 //! | [`Observer`] | the estimate of a linear system's state from its outputs |
 //! | [`Real`], [`Element`] | `f32` or `f64`; what may be filtered: a scalar, a lane of channels, a vector |
@@ -24,6 +25,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod attitude;
 mod dt;
 mod element;
 mod error;

@@ -19,6 +19,10 @@ impl Flags {
     pub const RESTARTED: Self = Self(16);
     /// A sensor of several was missing: its part was left out.
     pub const SENSOR_MISSING: Self = Self(32);
+    /// The magnetometer was missing: yaw was predicted only.
+    pub const MAGNETOMETER_MISSING: Self = Self(64);
+    /// The measured direction is opposite to the estimated one: which way to turn is not known.
+    pub const AMBIGUOUS: Self = Self(128);
 
     /// The set as bits.
     pub fn bits(self) -> u8 {

@@ -1,0 +1,346 @@
+//! Mahony's complementary filters on the rotation group: explicit, passive and direct.
+
+use super::held_rate::HeldRate;
+use super::rotation::{Rotation, direction};
+use crate::error::positive;
+use crate::linear::{Discretise, Flags, Gains, Recurrence};
+use crate::{Chain, Dt, Error, Real, Rule};
+use nalgebra::Vector3;
+
+/// How the measured directions become an innovation, and where the gyro turns the estimate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MahonyForm {
+    /// `ω = Σ v_i × v̂_i`: straight from the directions.
+    Explicit,
+    /// `ω = vee(½(R̃ - R̃ᵀ))` with `R̃ = R̂ᵀ R_y` and an attitude `R_y` rebuilt from the directions.
+    Passive,
+    /// The passive form's innovation, but the gyro turns the estimate through the rebuilt attitude: `R_y (Ω - b̂)`.
+    Direct,
+}
+
+/// Attitude from a gyro, gravity and a magnetometer: a first-order or PI filter on the rotation group.
+///
+/// ```text
+/// q⁻ = q ⊗ exp(½ dt (Ω - b̂)),    q = q⁻ ⊗ exp(½ L_1 ω),    b̂ = b̂ - L_2 ω
+/// ```
+///
+/// `L_1`, `L_2` are the linear filter's gains at the sample period, so that small errors obey it exactly in the passive and the
+/// direct form; in the explicit form two orthogonal directions count twice about their common normal. The measured directions are up (the specific force) and north (the
+/// horizontal part of the magnetic field, which therefore never tilts the estimate); with gravity alone all three forms have
+/// the same innovation, and yaw is the gyro's. From every attitude the estimate converges, but for the unstable equilibria at
+/// a turn of exactly 180°, where the innovation vanishes. Source: R. Mahony, T. Hamel, J.-M. Pflimlin, 2008.
+///
+/// ```
+/// use compfilt_core::attitude::{Mahony, MahonyForm, MahonyState};
+/// use compfilt_core::nalgebra::Vector3;
+/// use compfilt_core::{Discretise, PiForm};
+/// let filter = Mahony::new(PiForm::new(1.0_f32, 0.1)?.chain(), MahonyForm::Explicit);
+/// let gains = filter.design().at(0.01)?;
+/// let mut state = MahonyState::new();
+/// filter.update(&gains, &mut state, &Vector3::zeros(), &Vector3::new(0.0, 0.0, 9.81), None);
+/// assert_eq!(state.rotation.up(), Vector3::z());
+/// # Ok::<(), compfilt_core::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mahony<T, const N: usize> {
+    design: Chain<T, N, 1>,
+    form: MahonyForm,
+    bias_limit: T,
+    hold: T,
+    force_range: Option<T>,
+}
+
+/// A direction that is measured in body axes and known in world axes. Lengths do not matter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Observation<T> {
+    /// Measured, body axes.
+    pub body: Vector3<T>,
+    /// Known, world axes.
+    pub world: Vector3<T>,
+    /// Its weight.
+    pub weight: T,
+}
+
+/// The state of a [`Mahony`] filter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MahonyState<T> {
+    /// From body to world: x east, y north, z up; heading 0 at the start where there is no magnetometer.
+    pub rotation: Rotation<T>,
+    /// The gyro's bias in rad/s.
+    pub bias: Vector3<T>,
+    /// The last rate.
+    pub rate: HeldRate<T>,
+    /// Seconds since the start, which shorten the filter's memory at the beginning; infinite where the attitude was given.
+    pub age: T,
+    /// Seconds since the last correction.
+    pub since_correction: T,
+    /// Whether there is an attitude.
+    pub started: bool,
+    /// Whether a magnetometer has set the heading.
+    pub heading_known: bool,
+}
+
+impl<T: Real> MahonyState<T> {
+    /// Waits for the first measurement.
+    pub fn new() -> Self {
+        Self {
+            rotation: Rotation::identity(),
+            bias: Vector3::zeros(),
+            rate: HeldRate::new(),
+            age: T::zero(),
+            since_correction: T::zero(),
+            started: false,
+            heading_known: false,
+        }
+    }
+
+    /// Starts from a known attitude.
+    pub fn from_rotation(rotation: Rotation<T>) -> Self {
+        let age = T::one() / T::zero();
+        Self { rotation, age, started: true, heading_known: true, ..Self::new() }
+    }
+}
+
+impl<T: Real> Default for MahonyState<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The measured directions of a sample: unit vectors, body axes.
+#[derive(Clone, Copy)]
+struct Directions<T> {
+    up: Option<Vector3<T>>,
+    field: Option<Vector3<T>>,
+}
+
+impl<T: Real, const N: usize> Mahony<T, N> {
+    /// The filter with the gains of a linear design: first order for the proportional form, PI or Butterworth for the one that
+    /// estimates the gyro's bias.
+    pub fn new(design: Chain<T, N, 1>, form: MahonyForm) -> Self {
+        const { assert!(N <= 2, "Mahony's filters have an attitude and a bias") };
+        let (bias_limit, hold) = (T::literal(0.1), T::literal(0.1));
+        Self { design, form, bias_limit, hold, force_range: None }
+    }
+
+    /// The length in rad/s that the bias may have at most; 0.1 where it is not set.
+    ///
+    /// # Errors
+    /// `bias_limit` is not positive and finite.
+    pub fn bias_limit(self, bias_limit: T) -> Result<Self, Error> {
+        Ok(Self { bias_limit: positive("bias_limit", bias_limit)?, ..self })
+    }
+
+    /// How long in seconds a missing gyro sample is bridged by the last one; 0.1 where it is not set.
+    ///
+    /// # Errors
+    /// `hold` is negative or not finite.
+    pub fn hold(self, hold: T) -> Result<Self, Error> {
+        if hold.is_finite() && hold >= T::zero() {
+            Ok(Self { hold, ..self })
+        } else {
+            Err(Error::new("hold", Rule::NotNegative))
+        }
+    }
+
+    /// The accelerometer's range in m/s²: a sample with a component at it or beyond it is clipped, and counts as missing.
+    ///
+    /// # Errors
+    /// `force_range` is not positive and finite.
+    pub fn force_range(self, force_range: T) -> Result<Self, Error> {
+        Ok(Self { force_range: Some(positive("force_range", force_range)?), ..self })
+    }
+
+    /// The linear design.
+    pub fn design(&self) -> &Chain<T, N, 1> {
+        &self.design
+    }
+
+    /// One sample with the `gains` of its time step: `gyro` in rad/s, `specific_force` and `magnetic_field` of any length, body
+    /// axes. What is not finite, has no length, or is clipped is missing: the filter coasts, and says so.
+    pub fn update(
+        &self,
+        gains: &Gains<T, N, 1>,
+        state: &mut MahonyState<T>,
+        gyro: &Vector3<T>,
+        specific_force: &Vector3<T>,
+        magnetic_field: Option<&Vector3<T>>,
+    ) -> Flags {
+        let dt = gains.dt();
+        let (rate, mut flags) = state.rate.take(gyro, dt, self.hold);
+        let clipped = self.force_range.is_some_and(|range| specific_force.amax() >= range);
+        let up = direction(specific_force).filter(|_| !clipped);
+        if up.is_none() {
+            flags |= Flags::MEASUREMENT_MISSING;
+        }
+        let field = magnetic_field.and_then(direction);
+        if magnetic_field.is_some() && field.is_none() {
+            flags |= Flags::MAGNETOMETER_MISSING;
+        }
+        let measured = Directions { up, field };
+        if !state.started {
+            return flags | begin(state, measured);
+        }
+        self.predict(state, &rate, dt, measured);
+        if let Some(field) = field.filter(|_| !state.heading_known) {
+            turn_to_north(state, &field);
+        }
+        let (innovation, more) = self.innovation(&state.rotation, measured);
+        if let Some(innovation) = innovation {
+            self.correct(gains, state, &innovation);
+        }
+        flags | more | restart_if_lost(state)
+    }
+
+    /// The same for any number of observed directions, by the explicit form: `ω = Σ k_i v_i × v̂_i`. The state must have been
+    /// started from an attitude; an observation without a direction is left out and flagged.
+    pub fn update_with(
+        &self,
+        gains: &Gains<T, N, 1>,
+        state: &mut MahonyState<T>,
+        gyro: &Vector3<T>,
+        observations: &[Observation<T>],
+    ) -> Flags {
+        let dt = gains.dt();
+        let (rate, mut flags) = state.rate.take(gyro, dt, self.hold);
+        if !state.started {
+            return flags | Flags::NOT_STARTED;
+        }
+        self.predict(state, &rate, dt, Directions { up: None, field: None });
+        let (mut innovation, mut any) = (Vector3::zeros(), false);
+        for Observation { body, world, weight } in observations {
+            if let (Some(body), Some(world), true) =
+                (direction(body), direction(world), weight.is_finite())
+            {
+                innovation += body.cross(&state.rotation.to_body(&world)) * *weight;
+                any = true;
+            } else {
+                flags |= Flags::SENSOR_MISSING;
+            }
+        }
+        if any {
+            self.correct(gains, state, &innovation);
+        } else {
+            flags |= Flags::MEASUREMENT_MISSING;
+        }
+        flags | restart_if_lost(state)
+    }
+
+    fn predict(
+        &self,
+        state: &mut MahonyState<T>,
+        rate: &Vector3<T>,
+        dt: T,
+        measured: Directions<T>,
+    ) {
+        let turn = (rate - state.bias) * dt;
+        state.rotation = match rebuilt(&state.rotation, measured) {
+            Some(attitude) if self.form == MahonyForm::Direct => {
+                Rotation::of_turn(&attitude.to_world(&turn)).times(&state.rotation).renormalised()
+            }
+            _ => state.rotation.turned(&turn),
+        };
+        state.age += dt;
+        state.since_correction += dt;
+    }
+
+    fn innovation(
+        &self,
+        rotation: &Rotation<T>,
+        measured: Directions<T>,
+    ) -> (Option<Vector3<T>>, Flags) {
+        let up = rotation.up();
+        let opposite =
+            measured.up.is_some_and(|measured| measured.dot(&up) < T::literal(-0.999_999));
+        let flags = if opposite { Flags::AMBIGUOUS } else { Flags::default() };
+        if self.form != MahonyForm::Explicit
+            && let Some(attitude) = rebuilt(rotation, measured)
+        {
+            // vee(½(R̃ - R̃ᵀ)) is sin(angle) along the axis: 2 w v of the quaternion.
+            let turn = rotation.inverse().times(&attitude);
+            return (Some((turn.v + turn.v) * turn.w), flags);
+        }
+        let tilt = measured.up.map(|measured| measured.cross(&up));
+        let north = measured.field.and_then(|field| horizontal(&field, &up));
+        let yaw = north.map(|north| north.cross(&rotation.to_body(&Vector3::y())));
+        let innovation = match (tilt, yaw) {
+            (Some(tilt), Some(yaw)) => Some(tilt + yaw),
+            (tilt, yaw) => tilt.or(yaw),
+        };
+        (innovation, flags)
+    }
+
+    fn correct(&self, gains: &Gains<T, N, 1>, state: &mut MahonyState<T>, innovation: &Vector3<T>) {
+        let since = state.since_correction;
+        let mut correction = *gains.correction();
+        if since != gains.dt()
+            && let Ok(since) = Dt::new(since)
+        {
+            correction = *self.design.gains(since).correction();
+        }
+        // The mean of all so far, until that is longer than the filter's own memory.
+        let mean = since / (state.age + gains.dt());
+        let mut correction = correction.iter();
+        if let Some(attitude) = correction.next() {
+            let attitude = if mean > *attitude { mean } else { *attitude };
+            state.rotation = state.rotation.turned(&(innovation * attitude));
+        }
+        if let Some(bias) = correction.next() {
+            state.bias -= innovation * *bias;
+            let size = state.bias.norm_squared().sqrt();
+            if size > self.bias_limit {
+                state.bias *= self.bias_limit / size;
+            }
+        }
+        state.since_correction = T::zero();
+    }
+}
+
+/// The horizontal part of `field`, as a unit vector.
+fn horizontal<T: Real>(field: &Vector3<T>, up: &Vector3<T>) -> Option<Vector3<T>> {
+    let level = field - up * field.dot(up);
+    // A field along the vertical has no horizontal direction but rounding.
+    if level.norm_squared() > T::literal(1e-6) { direction(&level) } else { None }
+}
+
+/// The attitude with the vertical `up` and the heading of the field, or with the smallest turn from `rotation` where there is
+/// no field.
+fn rebuilt<T: Real>(rotation: &Rotation<T>, measured: Directions<T>) -> Option<Rotation<T>> {
+    let up = measured.up?;
+    if let Some(north) = measured.field.and_then(|field| horizontal(&field, &up)) {
+        return Some(Rotation::from_axes(&north.cross(&up), &north, &up));
+    }
+    // From v to v̂: (1 + v·v̂, v × v̂), then by the estimate to the world.
+    let estimated = rotation.up();
+    let turn = Rotation::new(T::one() + up.dot(&estimated), up.cross(&estimated))?;
+    Some(rotation.times(&turn))
+}
+
+fn begin<T: Real>(state: &mut MahonyState<T>, measured: Directions<T>) -> Flags {
+    let Some(up) = measured.up else { return Flags::NOT_STARTED };
+    state.rotation = Rotation::from_up(&up);
+    state.started = true;
+    if let Some(field) = measured.field {
+        turn_to_north(state, &field);
+    }
+    Flags::default()
+}
+
+/// Turns about the vertical until the field's horizontal part points north.
+fn turn_to_north<T: Real>(state: &mut MahonyState<T>, field: &Vector3<T>) {
+    let up = state.rotation.up();
+    if let Some(north) = horizontal(field, &up) {
+        state.rotation = Rotation::from_axes(&north.cross(&up), &north, &up);
+        state.heading_known = true;
+    }
+}
+
+fn restart_if_lost<T: Real>(state: &mut MahonyState<T>) -> Flags {
+    let finite =
+        state.rotation.is_finite() && state.bias.iter().all(nalgebra::ComplexField::is_finite);
+    if finite {
+        return Flags::default();
+    }
+    *state = MahonyState::new();
+    Flags::RESTARTED
+}
