@@ -5,11 +5,14 @@ from warnings import warn
 
 from compfilt._core import (
     AccelerometerArray,
+    AttitudeEstimate,
+    AttitudeStream,
     Butterworth,
     Chain,
     Estimate,
     FirstOrder,
     LinearFilter,
+    Mahony,
     Observer,
     ObserverEstimate,
     ObserverStream,
@@ -38,6 +41,8 @@ if _debug_build:
 
 __all__ = [
     "AccelerometerArray",
+    "AttitudeEstimate",
+    "AttitudeStream",
     "Butterworth",
     "Chain",
     "Cube",
@@ -48,6 +53,7 @@ __all__ = [
     "FirstOrder",
     "Flags",
     "LinearFilter",
+    "Mahony",
     "Observer",
     "ObserverEstimate",
     "ObserverStream",

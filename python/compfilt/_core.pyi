@@ -6,11 +6,14 @@ from typing_extensions import disjoint_base
 
 __all__ = [
     "AccelerometerArray",
+    "AttitudeEstimate",
+    "AttitudeStream",
     "Butterworth",
     "Chain",
     "Estimate",
     "FirstOrder",
     "LinearFilter",
+    "Mahony",
     "Observer",
     "ObserverEstimate",
     "ObserverStream",
@@ -280,6 +283,100 @@ class AccelerometerArray:
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
     def __getnewargs_ex__(self) -> tuple[Any, ...]: ...
+
+@final
+class Mahony:
+    def __new__(
+        cls,
+        kp: float,
+        ki: float = 0.0,
+        form: Literal["explicit", "passive", "direct"] = "explicit",
+        *,
+        bias_limit: float = 0.1,
+        acc_range: float | None = None,
+    ) -> Mahony: ...
+    @staticmethod
+    def from_design(
+        design: LinearFilter,
+        form: Literal["explicit", "passive", "direct"] = "explicit",
+        *,
+        bias_limit: float = 0.1,
+        acc_range: float | None = None,
+    ) -> Mahony: ...
+    @property
+    def kp(self) -> float: ...
+    @property
+    def ki(self) -> float: ...
+    @property
+    def form(self) -> Literal["explicit", "passive", "direct"]: ...
+    @property
+    def bias_limit(self) -> float: ...
+    @property
+    def acc_range(self) -> float | None: ...
+    def estimate(
+        self,
+        gyr: ArrayLike,
+        acc: ArrayLike,
+        *,
+        fs: float | None = None,
+        t: ArrayLike | None = None,
+        mag: ArrayLike | None = None,
+        initial: ArrayLike | State | None = None,
+        missing: _Missing = "coast",
+        hold: float = 0.1,
+        backwards: _Backwards = "raise",
+    ) -> AttitudeEstimate: ...
+    def stream(
+        self,
+        *,
+        fs: float | None = None,
+        dtype: DTypeLike | None = None,
+        initial: ArrayLike | State | None = None,
+        missing: _Missing = "coast",
+        hold: float = 0.1,
+        backwards: _Backwards = "raise",
+    ) -> AttitudeStream: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __getnewargs_ex__(self) -> tuple[Any, ...]: ...
+
+@final
+class AttitudeEstimate:
+    @property
+    def quaternion(self) -> _Real: ...
+    @property
+    def up(self) -> _Real: ...
+    @property
+    def gyro_bias(self) -> _Real: ...
+    @property
+    def at_rest(self) -> NDArray[np.bool_]: ...
+    @property
+    def flags(self) -> NDArray[np.uint8]: ...
+    @property
+    def counts(self) -> dict[str, int]: ...
+    @property
+    def state(self) -> State: ...
+
+@final
+class AttitudeStream:
+    def update(
+        self, gyr: ArrayLike, acc: ArrayLike, mag: ArrayLike | None = None, dt: float | None = None
+    ) -> _Real: ...
+    def process(
+        self, gyr: ArrayLike, acc: ArrayLike, mag: ArrayLike | None = None, t: ArrayLike | None = None
+    ) -> _Real: ...
+    def estimate(
+        self, gyr: ArrayLike, acc: ArrayLike, mag: ArrayLike | None = None, t: ArrayLike | None = None
+    ) -> AttitudeEstimate: ...
+    def reset(self, initial: ArrayLike | State | None = None) -> None: ...
+    @property
+    def state(self) -> State: ...
+    @state.setter
+    def state(self, value: State) -> None: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
 
 @final
 class Observer:

@@ -1,5 +1,6 @@
 """The balancing cube: angles and rates from several inertial sensors, as one pipeline of the core's parts."""
 
+from copy import copy
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
@@ -25,6 +26,16 @@ class CubeSample(NamedTuple):
         u_K in rad/s and the specific force of gravity in m/s², body axes.
     wheel_rate : ndarray, shape (3,), or None
         u_R in rad/s, where the wheels' rates were given.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import compfilt as cf
+    >>> array = cf.AccelerometerArray([[0, 0, 0], [0.15, 0, 0], [0, 0.15, 0], [0, 0, 0.15]])
+    >>> stream = cf.Cube(array, cf.FirstOrder(tau=1.0)).stream(fs=1000.0)
+    >>> sample = stream.update(np.zeros((4, 3)), np.full((4, 3), [-9.81, 0.0, 0.0]), wheel=[1.0, 2.0, 3.0])
+    >>> sample.wheel_rate
+    array([1., 2., 3.])
     """
 
     angles: Real
@@ -49,6 +60,16 @@ class CubeEstimate:
         A set of :class:`Flags` a sample.
     tilt : TiltEstimate
         What the filter of the angles knows.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import compfilt as cf
+    >>> array = cf.AccelerometerArray([[0, 0, 0], [0.15, 0, 0], [0, 0.15, 0], [0, 0, 0.15]])
+    >>> acc = np.full((1, 4, 3), [-9.81, 0.0, 0.0])
+    >>> estimate = cf.Cube(array, cf.FirstOrder(tau=1.0)).estimate(np.ones((1, 4, 3)), acc, fs=1000.0)
+    >>> estimate.body_rate
+    array([[1., 1., 1.]])
     """
 
     tilt: TiltEstimate
@@ -181,7 +202,7 @@ class Cube:
         gyr : array_like, shape (n, s, 3)
             Every gyro's reading in rad/s, in its sensor's axes. One with NaN is left out of the mean and flagged.
         acc : array_like, shape (n, s, 3)
-            Every accelerometer's reading in m/s², in its sensor's axes. NaN in a channel that counts: the angles coast.
+            Every accelerometer's reading in m/s², in its sensor's axes. NaN in a channel in use: the angles coast.
         wheel : array_like, shape (n, 3), optional
             The wheels' rates ψ̇ relative to the body in rad/s.
         fs, t, initial, rule, missing, hold, gap_cap, backwards
@@ -192,7 +213,10 @@ class Cube:
         ValueError
             The shapes do not fit, or a sample is missing and missing is "raise".
         """
-        dtype = np.float32 if all(np.asarray(x).dtype == np.float32 for x in (gyr, acc)) else np.float64
+        given = [
+            _real(x, name) for x, name in ((gyr, "gyr"), (acc, "acc"), (wheel, "wheel")) if x is not None
+        ]
+        dtype = np.float32 if all(x.dtype == np.float32 for x in given) else np.float64
         parts = _Parts.of(self, gyr, acc, wheel, dtype, complete=missing == "raise")
         tilt = self.tilt_filter.estimate(
             parts.body_rate,
@@ -294,6 +318,10 @@ class CubeStream:
         """Run over a block like ``estimate``; returns the angles only, (n, 2)."""
         return self.estimate(gyr, acc, wheel, t).angles
 
+    def __copy__(self) -> "CubeStream":
+        """Copy the state too: the two go on apart."""
+        return CubeStream(self.cube, copy(self._tilt), self._dtype, self._complete)
+
     def reset(self, initial: npt.ArrayLike | State | None = None) -> None:
         """Forget the state: wait for the first measurement, or start from ``initial``."""
         self._tilt.reset(initial)
@@ -306,6 +334,16 @@ class CubeStream:
     @state.setter
     def state(self, value: State) -> None:
         self._tilt.state = value
+
+
+def _real(values: npt.ArrayLike, name: str) -> Real:
+    """Take an array of real numbers; masked samples are missing."""
+    array = np.asanyarray(values)
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{name} must hold real numbers, got dtype {array.dtype}")
+    if isinstance(array, np.ma.MaskedArray):
+        array = np.ma.filled(array.astype(np.result_type(array.dtype, np.float32)), np.nan)
+    return np.asarray(array)
 
 
 class _Parts(NamedTuple):
@@ -327,7 +365,7 @@ class _Parts(NamedTuple):
         *,
         complete: bool,
     ) -> "_Parts":
-        gyr, acc = np.asarray(gyr, dtype), np.asarray(acc, dtype)
+        gyr, acc = _real(gyr, "gyr").astype(dtype, copy=False), _real(acc, "acc").astype(dtype, copy=False)
         body_rate = cube.array.body_rate(gyr)
         absent: npt.NDArray[np.bool_] = ~np.isfinite(gyr).all(axis=(1, 2))
         if complete and absent.any():
@@ -340,7 +378,7 @@ class _Parts(NamedTuple):
             )
         wheel_rate = None
         if wheel is not None:
-            wheel = np.asarray(wheel, dtype)
+            wheel = _real(wheel, "wheel").astype(dtype, copy=False)
             if wheel.shape != body_rate.shape:
                 raise ValueError(f"wheel must have the shape {body_rate.shape}, got {wheel.shape}")
             wheel_rate = body_rate + wheel

@@ -22,6 +22,10 @@ class Flags(IntFlag):
         The filter started anew: after an overflow, or after a gap in a log.
     SENSOR_MISSING
         A sensor of several was missing: its part was left out.
+    MAGNETOMETER_MISSING
+        The magnetometer was missing: yaw was predicted only.
+    AMBIGUOUS
+        The measured direction is opposite to the estimated one: which way to turn is not known.
 
     Examples
     --------
@@ -37,3 +41,5 @@ class Flags(IntFlag):
     NOT_STARTED = 8
     RESTARTED = 16
     SENSOR_MISSING = 32
+    MAGNETOMETER_MISSING = 64
+    AMBIGUOUS = 128

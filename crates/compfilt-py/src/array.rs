@@ -266,7 +266,7 @@ impl AccelerometerArray {
     /// Parameters
     /// ----------
     /// acc : array_like, shape (n, s, 3)
-    ///     Every sensor's reading in m/s^2, in its own axes. NaN in a channel that counts makes the row NaN.
+    ///     Every sensor's reading in m/s^2, in its own axes. NaN in a channel in use makes the row NaN.
     /// gyr : array_like, shape (n, 3), optional
     ///     The body's rate in rad/s, body axes, where it is known.
     ///

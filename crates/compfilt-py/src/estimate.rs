@@ -134,13 +134,15 @@ impl Estimate {
 }
 
 /// Every flag with its name.
-pub(crate) const FLAGS: [(&str, Flags); 6] = [
+pub(crate) const FLAGS: [(&str, Flags); 8] = [
     ("measurement_missing", Flags::MEASUREMENT_MISSING),
     ("derivative_held", Flags::DERIVATIVE_HELD),
     ("derivative_missing", Flags::DERIVATIVE_MISSING),
     ("not_started", Flags::NOT_STARTED),
     ("restarted", Flags::RESTARTED),
     ("sensor_missing", Flags::SENSOR_MISSING),
+    ("magnetometer_missing", Flags::MAGNETOMETER_MISSING),
+    ("ambiguous", Flags::AMBIGUOUS),
 ];
 
 /// How many samples carry each flag.

@@ -18,6 +18,9 @@
 mod array;
 mod array_input;
 mod arrays;
+mod attitude_batch;
+mod attitude_session;
+mod attitude_stream;
 mod batch;
 mod butterworth;
 mod chain;
@@ -27,6 +30,7 @@ mod errors;
 mod estimate;
 mod first_order;
 mod linear_filter;
+mod mahony;
 mod memory;
 mod observer;
 mod observer_session;
@@ -53,6 +57,8 @@ mod _core {
     #[pymodule_export]
     use crate::array::AccelerometerArray;
     #[pymodule_export]
+    use crate::attitude_stream::{AttitudeEstimate, AttitudeStream};
+    #[pymodule_export]
     use crate::butterworth::Butterworth;
     #[pymodule_export]
     use crate::chain::Chain;
@@ -64,6 +70,8 @@ mod _core {
     use crate::first_order::FirstOrder;
     #[pymodule_export]
     use crate::linear_filter::LinearFilter;
+    #[pymodule_export]
+    use crate::mahony::Mahony;
     #[pymodule_export]
     use crate::observer::Observer;
     #[pymodule_export]

@@ -43,8 +43,8 @@ use pyo3::types::PyDict;
 /// >>> observer = cf.Observer(A, B, C, L=[[0.6], [1.0]])
 /// >>> predicted, filtered = observer.run(y=[1.0, 1.0], u=[0.0, 0.0])
 /// >>> filtered.round(6)
-/// array([[0.5 , 1.  ],
-///        [0.8 , 1.4 ]])
+/// array([[0.5, 1. ],
+///        [0.8, 1.4]])
 /// >>> abs(observer.poles).round(4)
 /// array([0.7071, 0.7071])
 #[pyclass(frozen, eq, module = "compfilt._core")]

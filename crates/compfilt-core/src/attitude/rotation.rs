@@ -33,8 +33,8 @@ impl<T: Real> Rotation<T> {
     /// The smallest turn with which the body's unit vector `up` points up in the world. Straight down, where that is not
     /// unique, it turns about the body's x.
     pub fn from_up(up: &Vector3<T>) -> Self {
-        // q ∝ (1 + up·e_z, up × e_z)
-        Self::new(T::one() + up.z, Vector3::new(up.y, -up.x, T::zero()))
+        // q ∝ (1 + up·e_z, up × e_z), and not -0.
+        Self::new(T::one() + up.z, Vector3::new(up.y, T::zero() - up.x, T::zero()))
             .unwrap_or(Self { w: T::zero(), v: Vector3::x() })
     }
 

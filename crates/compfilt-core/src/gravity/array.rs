@@ -40,8 +40,7 @@ impl Accelerometer {
             return Err(Error::new("rotations", Rule::Orthogonal));
         }
         for (used, noise) in self.channels.iter().zip(self.noise.iter()) {
-            // Its square must neither vanish nor overflow.
-            if *used && !(*noise > 1e-100 && *noise < 1e100) {
+            if *used && !(*noise > 0.0 && noise.is_finite()) {
                 return Err(Error::new("noise", Rule::Positive));
             }
         }
@@ -98,6 +97,8 @@ pub struct AccelerometerArray<B> {
     form: Form,
     /// The largest distance from the pivot: the unit of length of the unknowns.
     length: f64,
+    /// The least noise of a channel in use: the unit of the noises.
+    quietest: f64,
 }
 
 impl<B: AsRef<[Accelerometer]>> AccelerometerArray<B> {
@@ -114,7 +115,10 @@ impl<B: AsRef<[Accelerometer]>> AccelerometerArray<B> {
         }
         let farthest = all.iter().map(|sensor| sensor.position.norm()).fold(0.0, f64::max);
         let length = if farthest > 0.0 { farthest } else { 1.0 };
-        let array = Self { sensors, form: Form::General, length };
+        let array = Self { sensors, form: Form::General, length, quietest: 1.0 };
+        let quietest =
+            array.used().map(|(_, sensor, axis)| sensor.noise[axis]).fold(f64::INFINITY, f64::min);
+        let array = Self { quietest, ..array };
         array.check(Quantity::Gravity, Rate::Known, [true; 3])?;
         let form = if array.is_aligned() { Form::Aligned } else { Form::General };
         Ok(Self { form, ..array })
@@ -171,8 +175,7 @@ impl<B: AsRef<[Accelerometer]>> AccelerometerArray<B> {
         for ((weights, sensor), matrix) in
             weights.as_mut().iter_mut().zip(self.sensors()).zip(matrices)
         {
-            let used = [0, 1, 2].map(|axis| matrix.column(axis).iter().any(|part| *part != 0.0));
-            *weights = SensorWeights { matrix: *matrix, used };
+            *weights = SensorWeights { matrix: *matrix, used: sensor.channels };
             sum += *matrix * sensor.rotation * centripetal(&sensor.position);
         }
         Ok(Extraction { weights, centripetal: (rate == Rate::Known).then_some(sum) })
@@ -218,11 +221,15 @@ impl<B: AsRef<[Accelerometer]>> AccelerometerArray<B> {
     fn noise(&self, quantity: Quantity, rate: Rate, row: usize) -> Result<f64, Failure> {
         let mut variance = 0.0;
         for (problem, wanted) in self.problems(quantity, rate, row) {
+            // The geometry alone must carry it, whatever the noises are.
+            let equal = self.channels(problem).map(|channel| Channel { noise: 1.0, ..channel });
+            Information::of(equal).ok_or(Failure::Unseen)?.check_condition(&wanted)?;
             let information = Information::of(self.channels(problem)).ok_or(Failure::Unseen)?;
-            let noise = information.noise(&wanted)?;
+            // Noises so different that the sums cannot hold them.
+            let noise = information.noise(&wanted).map_err(|_| Failure::IllConditioned)?;
             variance += noise * noise;
         }
-        Ok(variance.sqrt())
+        Ok(variance.sqrt() * self.quietest)
     }
 
     /// The least-squares problems whose answers add up to a quantity.
@@ -267,7 +274,7 @@ impl<B: AsRef<[Accelerometer]>> AccelerometerArray<B> {
 
     /// The channels of a problem, with what they see of its unknowns.
     fn channels(&self, problem: Problem) -> impl Iterator<Item = Channel> + Clone {
-        let length = self.length;
+        let (length, quietest) = (self.length, self.quietest);
         self.used().filter_map(move |(index, sensor, axis)| {
             let (r, d) = (sensor.position / length, sensor.direction(axis));
             let mut response = Unknowns::zeros();
@@ -288,7 +295,7 @@ impl<B: AsRef<[Accelerometer]>> AccelerometerArray<B> {
                 }
                 Problem::Axis(_) => return None,
             }
-            Some(Channel { sensor: index, axis, response, noise: sensor.noise[axis] })
+            Some(Channel { sensor: index, axis, response, noise: sensor.noise[axis] / quietest })
         })
     }
 }

@@ -8,7 +8,7 @@ use nalgebra::{ComplexField, Matrix3, SMatrix, SVector, Vector3};
 pub struct SensorWeights<T> {
     /// From the sensor's axes to the body's.
     pub matrix: Matrix3<T>,
-    /// Which of its channels count; what the others read does not matter.
+    /// Which of its channels are in use; what the others read does not matter.
     pub used: [bool; 3],
 }
 
@@ -42,7 +42,7 @@ pub struct Extraction<T, W> {
 
 impl<T: Real, W: AsRef<[SensorWeights<T>]>> Extraction<T, W> {
     /// The quantity in body axes. `forces` holds the sensors' readings in m/s², each in its own axes, `rate` the body rate in
-    /// rad/s, which counts only where the extraction is made for a known rate. NaN where a reading that counts is not finite.
+    /// rad/s, which counts only where the extraction is made for a known rate. NaN where a reading in use is not finite.
     pub fn step(&self, forces: &[Vector3<T>], rate: &Vector3<T>) -> Vector3<T> {
         let mut sum = Vector3::zeros();
         for (sensor, force) in self.weights.as_ref().iter().zip(forces) {

@@ -27,6 +27,9 @@ const WORST_CONDITION: f64 = 1e6;
 /// Singular values below this part of the largest are rounding.
 const RANK: f64 = 1e-12;
 
+/// A quantity's part along a direction that no channel sees is rounding below this part of it.
+const HIDDEN: f64 = 1e-8;
+
 /// What a set of channels knows of the unknowns: the singular values and vectors of its weighted responses.
 pub(super) struct Information {
     singular_values: Unknowns,
@@ -50,25 +53,26 @@ impl Information {
     /// The standard deviation of the best estimate of `wanted · unknowns`.
     ///
     /// # Errors
-    /// The channels do not give it, or only with a noise of more than 1e6 times that of an average over all of them.
+    /// The channels do not give it.
     pub(super) fn noise(&self, wanted: &Unknowns) -> Result<f64, Failure> {
-        let (mut variance, mut hidden) = (0.0, 0.0);
+        let mut variance = 0.0;
         for (part, size) in self.parts(wanted) {
-            // Below the resolution of f64 a size is zero, and so must the part be.
-            let relative = (size / self.largest).max(1e-15);
-            variance += (part / relative) * (part / relative);
-            if relative < RANK {
-                hidden = part.abs().max(hidden);
+            if size > RANK * self.largest {
+                variance += (part / size) * (part / size);
+            } else if part.abs() > HIDDEN * wanted.norm() {
+                return Err(Failure::Ambiguous);
             }
         }
-        let condition = variance.sqrt() / wanted.norm();
-        if condition <= WORST_CONDITION {
-            Ok(variance.sqrt() / self.largest)
-        } else if hidden > 1e-6 * wanted.norm() {
-            Err(Failure::Ambiguous)
-        } else {
-            Err(Failure::IllConditioned)
-        }
+        Ok(variance.sqrt())
+    }
+
+    /// How much more noise the best estimate has than the channels together could have, at most.
+    ///
+    /// # Errors
+    /// The channels do not give it, or the condition is above 1e6.
+    pub(super) fn check_condition(&self, wanted: &Unknowns) -> Result<(), Failure> {
+        let condition = self.noise(wanted)? * self.largest / wanted.norm();
+        if condition <= WORST_CONDITION { Ok(()) } else { Err(Failure::IllConditioned) }
     }
 
     /// Adds the weights of `wanted · unknowns` to `row` of the sensors' matrices.
