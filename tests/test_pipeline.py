@@ -165,6 +165,32 @@ def test_columns_and_their_units():
     assert out.column("note").to_pylist() == log.column("note").to_pylist()
 
 
+def test_angles_with_the_cubes_axes_have_its_names():
+    recipe = TILT.replace('"flu"', '"cube"').replace(
+        '["roll", "pitch", "bias", "flags"]', '["phi2", "phi3", "bias"]'
+    )
+    log = tilt_log().slice(0, 200)
+    out, _ = run(recipe, [log])
+    assert out.column_names == ["t", "note", "phi2", "phi3", "phi2_bias", "phi3_bias"]
+    gyr = np.column_stack([log.column(name).to_numpy() for name in ("gx", "gy", "gz")]) * DEGREE
+    acc = np.column_stack([log.column(name).to_numpy() for name in ("ax", "ay", "az")]) * 9.80665
+    stream = cf.TiltFilter(cf.PiForm(kp=2.0, ki=0.5), axes="cube").stream()
+    expected = stream.process(gyr, acc, log.column("t").to_numpy() * 1e-3)
+    np.testing.assert_array_equal(out.column("phi2").to_numpy(), expected[:, 0] / DEGREE)
+    np.testing.assert_array_equal(out.column("phi3").to_numpy(), expected[:, 1] / DEGREE)
+    with pytest.raises(RecipeError, match='this filter has no "roll"; it has phi2, phi3'):
+        Pipeline(parse_recipe(recipe.replace('"phi2"', '"roll"')))
+
+
+def test_the_first_missing_sample_is_named_whatever_its_signal():
+    angle, rate = (two_log().column(name).to_numpy().copy() for name in ("angle", "rate"))
+    angle[90] = rate[77] = np.nan
+    recipe = TWO.replace("[policy]", '[policy]\nmissing = "raise"')
+    for at in ([], [85]):
+        with pytest.raises(LogError, match=r'^row 78 has no number in column "rate" \(derivative\)$'):
+            run(recipe, cut(two_log(angle=angle, rate=rate), at))
+
+
 def test_unit_and_scale_of_the_input_and_unit_of_the_output():
     log = two_log()
     flipped = two_log(

@@ -64,10 +64,10 @@ def test_tilt_recipe():
     recipe = parse_recipe(TILT, "seat.toml")
     assert recipe.clock.column == "t"
     assert recipe.clock.unit.factor == 1e-3
-    assert recipe.measurement.columns == ("ax", "ay", "az")
-    assert recipe.measurement.unit.name == "g"
-    assert recipe.derivative.columns == ("gx", "gy", "gz")
-    assert recipe.derivative.scale == (1.0, -1.0, 2.0)
+    assert recipe.filter.accelerometer.columns == ("ax", "ay", "az")
+    assert recipe.filter.accelerometer.unit.name == "g"
+    assert recipe.filter.gyro.columns == ("gx", "gy", "gz")
+    assert recipe.filter.gyro.scale == (1.0, -1.0, 2.0)
     assert recipe.filter.kind == "tilt"
     assert recipe.filter.design.parameters == {"kp": 20.0, "ki": 10.0}
     assert recipe.filter.structure == {"axes": "flu"}
@@ -92,7 +92,7 @@ def test_position_from_acceleration():
     assert recipe.filter.design.derivative_order == 2
     assert recipe.filter.design.parameters["tau"] == pytest.approx(1.5)
     assert recipe.filter.stream["delay"] == pytest.approx(0.1)
-    assert recipe.derivative.scale == (-1.0,)
+    assert recipe.filter.derivative.scale == (-1.0,)
 
 
 @pytest.mark.parametrize(
@@ -206,6 +206,7 @@ WRONG = [
     (TILT, 'columns = ["roll", "pitch", "bias", "flags"]', "columns = []", "[output] columns is empty"),
     (TILT, '["roll", "pitch", "bias", "flags"]', '["roll", "roll"]', "[output] columns names a column twice"),
     (TILT, 'kind = "tilt"', 'kind = "tilt"\nat = [1]', "[filter] at must hold two angles"),
+    (TILT.replace('"flu"', '"cube"'), '"tilt"', '"tilt"\nat = [1]', "must hold two angles, phi2 and phi3"),
     (
         TILT,
         'kind = "tilt"',

@@ -1,7 +1,6 @@
 //! A stored state: plain numbers that pickle, compare and bring a filter back bit for bit.
 
 use crate::arrays::Scalar;
-use crate::options::count;
 use compfilt_core::State as Levels;
 use compfilt_core::linear::{Elapsed, Held, Past, RateInputs, StreamState};
 use compfilt_core::nalgebra::SVector;
@@ -150,6 +149,9 @@ impl Reader<'_> {
     }
 }
 
+/// More states than an observer has; a stored number beyond it is no order.
+const MAX_ORDER: usize = 4096;
+
 /// The state of a filter between two samples: picklable, comparable, independent of the sample rate.
 ///
 /// It is not made by hand: it comes from ``Stream.state`` and ``Estimate.state`` and goes into ``initial=`` or ``Stream.state``; the filter
@@ -232,7 +234,14 @@ impl State {
         kind: String,
         numbers: Vec<Vec<f64>>,
     ) -> PyResult<Self> {
-        let order = count("order", order)?.get();
+        let order = match usize::try_from(order) {
+            Ok(order @ 1..=MAX_ORDER) => order,
+            _ => {
+                return Err(PyValueError::new_err(format!(
+                    "order must lie between 1 and {MAX_ORDER}, got {order}"
+                )));
+            }
+        };
         if numbers.iter().any(|channel| channel.len() < order) {
             return Err(PyValueError::new_err(
                 "numbers must hold at least the levels of every channel",

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import compfilt
 from compfilt.logs.table import Table
 from compfilt.logs.units import ANGULAR_RATE, TIME
 
@@ -69,8 +70,6 @@ class Design:
         ValueError
             A parameter breaks its rule; the text comes from the core and names both.
         """
-        import compfilt  # noqa: PLC0415 - a recipe can be read and checked without the core
-
         constructor = operator.attrgetter(self.constructor)(compfilt)
         return constructor(**self.parameters)
 

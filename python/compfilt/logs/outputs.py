@@ -1,78 +1,103 @@
-"""What a filter's result offers by name, and how it is taken out."""
+"""What a recipe asks for, what a filter's result offers by name, and how it is taken out."""
 
-from collections.abc import Mapping
+import difflib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from compfilt.logs.recipe import FLAGS
+from compfilt.logs.errors import RecipeError
+from compfilt.logs.units import Unit
 
-__all__ = ["Channel", "linear_channels", "tilt_channels"]
+__all__ = ["FLAGS", "Channel", "Offer", "Output", "absent_vector", "choose", "offer_of", "vector"]
+
+FLAGS = "flags"
+"""The output column that says what happened to each sample; it has no unit."""
+
+
+@dataclass(frozen=True)
+class Output:
+    """The columns to write, their unit, and the input columns to carry along."""
+
+    columns: tuple[str, ...]
+    unit: Unit
+    gravity_unit: Unit
+    keep: tuple[str, ...]
 
 
 class Channel(NamedTuple):
-    """One output column.
-
-    It is taken as ``getattr(estimate, attribute)[index]``; its unit is the recipe's per second to the power `rate`.
-    """
+    """One output column: ``getattr(estimate, attribute)[index]`` in `unit`; without one it is taken as it is."""
 
     name: str
     attribute: str
     index: Any
-    rate: int
+    unit: Unit | None
 
-    def take(self, estimate: object, factor: float, dtype: npt.DTypeLike) -> npt.NDArray[np.generic]:
-        """Take the column out of an estimate, in the output's unit."""
+    def take(self, estimate: object, dtype: npt.DTypeLike) -> npt.NDArray[np.generic]:
+        """Take the column out of an estimate, in its unit."""
         values = np.asarray(getattr(estimate, self.attribute))[self.index]
-        if self.name == FLAGS:
+        if self.unit is None:
             return np.ascontiguousarray(values)
         # In float64, so that float32 is rounded once.
-        return np.ascontiguousarray(values.astype(np.float64) / factor).astype(dtype, copy=False)
-
-    def unit(self, name: str) -> str | None:
-        """Return the name of the column's unit, given the recipe's."""
-        if self.name == FLAGS:
-            return None
-        per_second = {0: "", 1: "/s"}.get(self.rate, f"/s^{self.rate}")
-        return name + per_second
+        return np.ascontiguousarray(values.astype(np.float64) / self.unit.factor).astype(dtype, copy=False)
 
 
-Offer = Mapping[str, tuple[Channel, ...]]
-"""For each name that a recipe can ask for, the columns that it stands for."""
+class Offer(NamedTuple):
+    """What a recipe can ask for.
 
-
-def linear_channels(estimate: object, derivative_order: int) -> Offer:
-    """List what an estimate of a linear filter offers.
-
-    Parameters
-    ----------
-    estimate
-        An estimate of one channel, of any length: it says how many levels there are and whether there is a bias.
-    derivative_order
-        Which derivative of the measurement the filter takes (M); the bias is one of that derivative.
+    `columns` has the columns that each name stands for. `absent` has, for names that a recipe of this kind may well ask
+    for but this one does not give, the reason.
     """
-    levels = len(np.asarray(estimate.levels))  # type: ignore[attr-defined]
-    channels = [Channel(f"level{i}", "levels", i, i) for i in range(levels)]
-    channels += [Channel("estimate", "levels", 0, 0)]
-    if derivative_order == 2:
-        channels += [Channel("position", "levels", 0, 0), Channel("velocity", "levels", 1, 1)]
-    if _has(estimate, "bias"):
-        channels += [Channel("bias", "bias", slice(None), derivative_order)]
-    channels += [Channel(FLAGS, "flags", slice(None), 0)]
-    return {channel.name: (channel,) for channel in channels}
+
+    columns: Mapping[str, tuple[Channel, ...]]
+    absent: Mapping[str, str]
 
 
-def tilt_channels(estimate: object) -> Offer:
-    """List what an estimate of roll and pitch offers; `bias` stands for both of its columns."""
-    roll, pitch = (Channel(name, "angles", np.s_[:, i], 0) for i, name in enumerate(("roll", "pitch")))
-    offer: dict[str, tuple[Channel, ...]] = {"roll": (roll,), "pitch": (pitch,)}
-    if _has(estimate, "bias"):
-        names = ("roll_bias", "pitch_bias")
-        biases = tuple(Channel(name, "bias", np.s_[:, i], 1) for i, name in enumerate(names))
-        offer |= {"bias": biases} | {channel.name: (channel,) for channel in biases}
-    return offer | {FLAGS: (Channel(FLAGS, "flags", slice(None), 0),)}
+def vector(name: str, unit: Unit, axes: str = "xyz") -> tuple[Channel, ...]:
+    """List the columns of an attribute (n, len(axes)) that holds a vector in body axes."""
+    return tuple(Channel(f"{name}_{axis}", name, np.s_[:, i], unit) for i, axis in enumerate(axes))
 
 
-def _has(estimate: object, name: str) -> bool:
-    return getattr(estimate, name, None) is not None
+def absent_vector(name: str, reason: str) -> dict[str, str]:
+    """Say of a vector and each of its columns why it is not there."""
+    return dict.fromkeys((name, *(f"{name}_{axis}" for axis in "xyz")), reason)
+
+
+def offer_of(groups: Mapping[str, tuple[Channel, ...]], absent: Mapping[str, str] | None = None) -> Offer:
+    """Make an offer of groups of columns, of each column by itself, and of the flags."""
+    columns = dict(groups)
+    columns |= {channel.name: (channel,) for group in groups.values() for channel in group}
+    columns[FLAGS] = (Channel(FLAGS, "flags", slice(None), None),)
+    return Offer(columns, absent or {})
+
+
+def choose(output: Output, offer: Offer, source: str) -> tuple[Channel, ...]:
+    """Find the columns that a recipe asks for among those that its filter has.
+
+    Raises
+    ------
+    RecipeError
+        The filter does not have one, or one has the name of a column that is carried along.
+    """
+    channels: dict[str, Channel] = {}
+    for name in output.columns:
+        if name not in offer.columns:
+            rest = _reason(name, offer.absent) or _alternatives(name, offer.columns)
+            raise RecipeError(f'{source}: [output] columns: this filter has no "{name}"{rest}')
+        channels |= {channel.name: channel for channel in offer.columns[name]}
+    clash = [name for name in output.keep if name in channels]
+    if clash:
+        raise RecipeError(f'{source}: [output] "{clash[0]}" stands in both columns and keep')
+    return tuple(channels.values())
+
+
+def _reason(name: str, absent: Mapping[str, str]) -> str:
+    return f": {absent[name]}" if name in absent else ""
+
+
+def _alternatives(name: str, known: Iterable[str]) -> str:
+    near = difflib.get_close_matches(name, known, n=1)
+    hint = f' (did you mean "{near[0]}"?)' if near else ""
+    return f"{hint}; it has {', '.join(known)}"

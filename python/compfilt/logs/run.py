@@ -92,7 +92,7 @@ def run_log(
     out = Path(out)
     check_ending(out)
     time = () if recipe.clock.column is None else (recipe.clock.column,)
-    columns = Columns(recipe.measurement.columns + recipe.derivative.columns, time, recipe.output.keep)
+    columns = Columns(recipe.signal_columns, time, recipe.output.keep)
     with open_log(log, columns, batch_bytes=batch_bytes, batch_rows=batch_rows) as reader:
         pipeline = Pipeline(recipe, reader.schema)
         with create_log(out, pipeline.schema(reader.schema)) as writer:

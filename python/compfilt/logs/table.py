@@ -106,10 +106,37 @@ class Table:
         pairs = zip(values, dimensions, strict=False)
         return tuple(self.as_quantity(key, value, dimension) for value, dimension in pairs)
 
+    def vector(self, key: str, dimension: Dimension) -> tuple[float, float, float]:
+        """Read three quantities of one dimension, in SI."""
+        values = self.get(key, lambda key, value: self._list(key, value, lambda _, item: item))
+        if len(values) != 3:
+            self.fail(f"must hold 3 values, not {len(values)}", key)
+        x, y, z = (self.as_quantity(key, value, dimension) for value in values)
+        return x, y, z
+
+    def matrix(self, key: str) -> tuple[tuple[float, ...], ...]:
+        """Read three rows of three numbers."""
+        rows = self.get(key, lambda key, value: self._list(key, value, self._as_row))
+        if [len(row) for row in rows] != [3, 3, 3]:
+            self.fail("must hold 3 rows of 3 numbers", key)
+        return tuple(rows)
+
+    def holds_list(self, key: str) -> bool:
+        """Tell whether a key holds a list, for those that may hold one value or several."""
+        return isinstance(self.get(key, lambda _, value: value), list)
+
     def table(self, key: str) -> "Table":
         """Read a table below this one."""
-        values = self.get(key, self._as_mapping)
-        return Table(self.source, f"{self.path}.{key}" if self.path else key, values)
+        return self._below(key, self.get(key, self._as_mapping))
+
+    def tables(self, key: str) -> list["Table"]:
+        """Read the tables of an array below this one; messages count them from 1."""
+        if not self.holds_list(key):
+            self.fail(f"must be written [[{self._name(key)}]], one such table for each", key)
+        values = self.get(key, lambda key, value: self._list(key, value, self._as_mapping))
+        if not values:
+            self.fail("is empty: give at least one", key)
+        return [self._below(f"{key} #{number}", value) for number, value in enumerate(values, 1)]
 
     def close(self) -> None:
         """Refuse every key that nothing asked for."""
@@ -146,6 +173,15 @@ class Table:
             return parse_quantity(value, dimension)
         except UnitError as error:
             self.fail(f"is wrong: {error}", key)
+
+    def _name(self, key: str) -> str:
+        return f"{self.path}.{key}" if self.path else key
+
+    def _below(self, name: str, values: Mapping[str, object]) -> "Table":
+        return Table(self.source, self._name(name), values)
+
+    def _as_row(self, key: str, value: object) -> tuple[float, ...]:
+        return tuple(self._list(key, value, self.as_number))
 
     def _as_mapping(self, key: str, value: object) -> Mapping[str, object]:
         if not isinstance(value, dict):

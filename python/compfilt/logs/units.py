@@ -105,6 +105,11 @@ class Unit(NamedTuple):
         """Convert a number of the SI unit to this unit."""
         return value / self.factor
 
+    def per_second(self, times: int) -> "Unit":
+        """Return the unit of the derivative of that order: ``deg/s^2`` of ``deg``."""
+        suffix = {0: "", 1: "/s"}.get(times, f"/s^{times}")
+        return Unit(self.name + suffix, self.dimension.per_second(times), self.factor)
+
 
 _DEGREE = math.pi / 180.0
 
