@@ -12,6 +12,7 @@ __all__ = [
     "Chain",
     "Estimate",
     "FirstOrder",
+    "GravityFilter",
     "LinearFilter",
     "Mahony",
     "Observer",
@@ -311,6 +312,76 @@ class Mahony:
     def form(self) -> Literal["explicit", "passive", "direct"]: ...
     @property
     def bias_limit(self) -> float: ...
+    @property
+    def acc_range(self) -> float | None: ...
+    def estimate(
+        self,
+        gyr: ArrayLike,
+        acc: ArrayLike,
+        *,
+        fs: float | None = None,
+        t: ArrayLike | None = None,
+        mag: ArrayLike | None = None,
+        initial: ArrayLike | State | None = None,
+        missing: _Missing = "coast",
+        hold: float = 0.1,
+        backwards: _Backwards = "raise",
+    ) -> AttitudeEstimate: ...
+    def stream(
+        self,
+        *,
+        fs: float | None = None,
+        dtype: DTypeLike | None = None,
+        initial: ArrayLike | State | None = None,
+        missing: _Missing = "coast",
+        hold: float = 0.1,
+        backwards: _Backwards = "raise",
+    ) -> AttitudeStream: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __getnewargs_ex__(self) -> tuple[Any, ...]: ...
+
+@final
+class GravityFilter:
+    def __new__(
+        cls,
+        tau: float = 3.0,
+        *,
+        order: int = 2,
+        split: int = 1,
+        zeta: float | None = None,
+        gyro_delay: float = 0.0,
+        rest_time: float = 1.5,
+        rest_rate: float = 0.03490658503988659,
+        rest_force: float = 0.5,
+        rest_drift: float = 0.1,
+        bias_limit: float = 0.03490658503988659,
+        heading_tau: float = 10.0,
+        acc_range: float | None = None,
+    ) -> GravityFilter: ...
+    @property
+    def tau(self) -> float: ...
+    @property
+    def order(self) -> int: ...
+    @property
+    def split(self) -> int: ...
+    @property
+    def zeta(self) -> float | None: ...
+    @property
+    def gyro_delay(self) -> float: ...
+    @property
+    def rest_time(self) -> float: ...
+    @property
+    def rest_rate(self) -> float: ...
+    @property
+    def rest_force(self) -> float: ...
+    @property
+    def rest_drift(self) -> float: ...
+    @property
+    def bias_limit(self) -> float: ...
+    @property
+    def heading_tau(self) -> float: ...
     @property
     def acc_range(self) -> float | None: ...
     def estimate(

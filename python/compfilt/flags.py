@@ -2,6 +2,8 @@
 
 from enum import IntFlag
 
+import numpy as np
+
 __all__ = ["Flags"]
 
 
@@ -43,3 +45,8 @@ class Flags(IntFlag):
     SENSOR_MISSING = 32
     MAGNETOMETER_MISSING = 64
     AMBIGUOUS = 128
+
+    @classmethod
+    def _missing_(cls, value: object) -> "Flags":
+        """Take numpy's integers too: combinations of flags are looked up by value."""
+        return cls(int(value)) if isinstance(value, np.integer) else cls(super()._missing_(value))

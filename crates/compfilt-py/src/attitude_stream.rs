@@ -1,6 +1,6 @@
 //! The attitude filters' results, and their stream.
 
-use crate::arrays::{Scalar, Signal};
+use crate::arrays::{Precision, Scalar, Signal};
 use crate::attitude_session::{AnySession, Arrays, Session, Signals};
 use crate::estimate::counts;
 use crate::precision::with_precision;
@@ -77,6 +77,39 @@ impl AttitudeEstimate {
         let shape = self.quaternion.bind(py).getattr("shape")?;
         Ok(format!("AttitudeEstimate(quaternions of shape {shape})"))
     }
+}
+
+/// What `estimate` of every attitude filter does.
+pub(crate) fn estimate<'py>(
+    py: Python<'py>,
+    session: impl FnOnce(Precision) -> PyResult<AnySession>,
+    signals: &Signals<'_, 'py>,
+    fs: Option<f64>,
+    initial: Option<&Bound<'py, PyAny>>,
+    handling: Handling,
+) -> PyResult<AttitudeEstimate> {
+    if fs.is_some() == signals.t.is_some() {
+        return Err(PyValueError::new_err("give fs in Hz or t in seconds, one of them"));
+    }
+    let mut session = session(signals.precision())?;
+    with_precision!(&mut session, session => {
+        session.start(initial)?;
+        let arrays = session.process(py, signals, handling)?;
+        AttitudeEstimate::new(py, arrays, session.state())
+    })
+}
+
+/// What `stream` of every attitude filter does.
+pub(crate) fn stream<'py>(
+    mut session: AnySession,
+    made_by: &Bound<'py, PyAny>,
+    keywords: Bound<'py, PyDict>,
+    initial: Option<&Bound<'py, PyAny>>,
+    handling: Handling,
+) -> PyResult<AttitudeStream> {
+    with_precision!(&mut session, session => session.start(initial))?;
+    let made_by = made_by.clone().unbind();
+    Ok(AttitudeStream { session, handling, made_by, keywords: keywords.unbind() })
 }
 
 /// An attitude filter at work: samples or blocks go in as they come, the state stays.

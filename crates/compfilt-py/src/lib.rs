@@ -29,6 +29,7 @@ mod design;
 mod errors;
 mod estimate;
 mod first_order;
+mod gravity_filter;
 mod linear_filter;
 mod mahony;
 mod memory;
@@ -68,6 +69,8 @@ mod _core {
     use crate::estimate::Estimate;
     #[pymodule_export]
     use crate::first_order::FirstOrder;
+    #[pymodule_export]
+    use crate::gravity_filter::GravityFilter;
     #[pymodule_export]
     use crate::linear_filter::LinearFilter;
     #[pymodule_export]

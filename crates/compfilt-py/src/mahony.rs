@@ -3,12 +3,11 @@
 use crate::arrays::{Precision, Scalar};
 use crate::attitude_batch::{Filter, Output};
 use crate::attitude_session::{AnySession, Session, Signals};
-use crate::attitude_stream::{AttitudeEstimate, AttitudeStream};
+use crate::attitude_stream::{AttitudeEstimate, AttitudeStream, estimate, stream};
 use crate::batch::sampled_gains;
 use crate::errors::value_error;
 use crate::linear_filter::LinearFilter;
 use crate::options::{choice, handling};
-use crate::precision::with_precision;
 use crate::session::precision_of;
 use crate::state::Numbers;
 use compfilt_core::attitude::{Mahony as Core, MahonyForm, MahonyState, Rotation};
@@ -286,15 +285,8 @@ impl Mahony {
     ) -> PyResult<AttitudeEstimate> {
         let handling = handling(missing, backwards, 1)?;
         let signals = Signals::new(gyr, acc, mag, t)?;
-        if fs.is_some() == t.is_some() {
-            return Err(PyValueError::new_err("give fs in Hz or t in seconds, one of them"));
-        }
-        let mut session = self.session(signals.precision(), hold, fs)?;
-        with_precision!(&mut session, session => {
-            session.start(initial)?;
-            let arrays = session.process(py, &signals, handling)?;
-            AttitudeEstimate::new(py, arrays, session.state())
-        })
+        let session = |precision| self.session(precision, hold, fs);
+        estimate(py, session, &signals, fs, initial, handling)
     }
 
     /// A filter that carries its state: for samples and blocks as they come. Keywords as in ``estimate``, and dtype: float64 or
@@ -313,16 +305,14 @@ impl Mahony {
     ) -> PyResult<AttitudeStream> {
         let handling = handling(missing, backwards, 1)?;
         let precision = precision_of(dtype)?;
-        let mut session = slf.get().session(precision, hold, fs)?;
-        with_precision!(&mut session, session => session.start(initial))?;
+        let session = slf.get().session(precision, hold, fs)?;
         let keywords = PyDict::new(py);
         keywords.set_item("fs", fs)?;
         keywords.set_item("dtype", precision.name())?;
         keywords.set_item("missing", missing)?;
         keywords.set_item("hold", hold)?;
         keywords.set_item("backwards", backwards)?;
-        let made_by = slf.clone().into_any().unbind();
-        Ok(AttitudeStream { session, handling, made_by, keywords: keywords.unbind() })
+        stream(session, slf.as_any(), keywords, initial, handling)
     }
 
     fn __hash__(&self) -> u64 {

@@ -14,7 +14,8 @@ use pyo3::prelude::*;
 /// ``filter(measurement=gyro, derivative=angular_acceleration)`` in rad/s and rad/s^2. Unlike in the other filters the
 /// measurement passes the high-pass; ``frequency_response`` returns the low branch, from the integrated angular
 /// acceleration, first. The integral runs open loop: a bias
-/// of the angular acceleration makes it drift, and the low-pass does not remove that; ``drift_free`` fuses the same
+/// of the angular acceleration makes it drift, and the low-pass does not remove that. Without ``initial`` it starts at the
+/// gyro's first reading, whose bias then stays. ``drift_free`` fuses the same
 /// signals without drift. Source: the cube's note on complementary filters, equation (30).
 ///
 /// Parameters

@@ -234,13 +234,10 @@ impl State {
         kind: String,
         numbers: Vec<Vec<f64>>,
     ) -> PyResult<Self> {
-        let order = match usize::try_from(order) {
-            Ok(order @ 1..=MAX_ORDER) => order,
-            _ => {
-                return Err(PyValueError::new_err(format!(
-                    "order must lie between 1 and {MAX_ORDER}, got {order}"
-                )));
-            }
+        let Ok(order @ 1..=MAX_ORDER) = usize::try_from(order) else {
+            return Err(PyValueError::new_err(format!(
+                "order must lie between 1 and {MAX_ORDER}, got {order}"
+            )));
         };
         if numbers.iter().any(|channel| channel.len() < order) {
             return Err(PyValueError::new_err(

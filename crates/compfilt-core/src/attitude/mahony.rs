@@ -1,7 +1,7 @@
 //! Mahony's complementary filters on the rotation group: explicit, passive and direct.
 
 use super::held_rate::HeldRate;
-use super::rotation::{Rotation, direction};
+use super::rotation::{Rotation, direction, horizontal};
 use crate::error::positive;
 use crate::linear::{Discretise, Flags, Gains, Recurrence};
 use crate::{Chain, Dt, Error, Real, Rule};
@@ -296,13 +296,6 @@ impl<T: Real, const N: usize> Mahony<T, N> {
     }
 }
 
-/// The horizontal part of `field`, as a unit vector.
-fn horizontal<T: Real>(field: &Vector3<T>, up: &Vector3<T>) -> Option<Vector3<T>> {
-    let level = field - up * field.dot(up);
-    // A field along the vertical has no horizontal direction but rounding.
-    if level.norm_squared() > T::literal(1e-6) { direction(&level) } else { None }
-}
-
 /// The attitude with the vertical `up` and the heading of the field, or with the smallest turn from `rotation` where there is
 /// no field.
 fn rebuilt<T: Real>(rotation: &Rotation<T>, measured: Directions<T>) -> Option<Rotation<T>> {
@@ -310,10 +303,7 @@ fn rebuilt<T: Real>(rotation: &Rotation<T>, measured: Directions<T>) -> Option<R
     if let Some(north) = measured.field.and_then(|field| horizontal(&field, &up)) {
         return Some(Rotation::from_axes(&north.cross(&up), &north, &up));
     }
-    // From v to v̂: (1 + v·v̂, v × v̂), then by the estimate to the world.
-    let estimated = rotation.up();
-    let turn = Rotation::new(T::one() + up.dot(&estimated), up.cross(&estimated))?;
-    Some(rotation.times(&turn))
+    rotation.levelled(&up)
 }
 
 fn begin<T: Real>(state: &mut MahonyState<T>, measured: Directions<T>) -> Flags {

@@ -4,12 +4,21 @@
 //! | --- | --- |
 //! | `rotation` | unit quaternions, and turns without a trigonometric function |
 //! | `held_rate` | a gyro's rate that is held where it is missing |
+//! | `gravity_filter` | the vertical as a linear low-pass in the frame that the gyro turns |
+//! | `rest` | whether the body is at rest, and the gyro's bias while it is |
+//! | `heading` | the heading by a magnetometer |
 //! | `mahony` | Mahony's explicit, passive and direct filters |
 
+mod gravity_filter;
+mod heading;
 mod held_rate;
 mod mahony;
+mod rest;
 mod rotation;
 
+pub use gravity_filter::{GravityFilter, GravityState};
+pub use heading::{Heading, HeadingRule};
 pub use held_rate::HeldRate;
 pub use mahony::{Mahony, MahonyForm, MahonyState, Observation};
+pub use rest::{Rest, RestRule};
 pub use rotation::Rotation;

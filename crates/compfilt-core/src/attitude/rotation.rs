@@ -107,6 +107,15 @@ impl<T: Real> Rotation<T> {
         self.times(&Self::of_turn(turn)).renormalised()
     }
 
+    /// The attitude after the smallest turn with which the body's unit vector `up` points up in the world; `None` where `up`
+    /// is opposite to that, and the turn not unique.
+    pub fn levelled(&self, up: &Vector3<T>) -> Option<Self> {
+        let estimated = self.up();
+        // From v to v̂: (1 + v·v̂, v × v̂).
+        let turn = Self::new(T::one() + up.dot(&estimated), up.cross(&estimated))?;
+        Some(self.times(&turn))
+    }
+
     /// A body vector in world axes.
     pub fn to_world(&self, body: &Vector3<T>) -> Vector3<T> {
         let cross = self.v.cross(body);
@@ -162,4 +171,11 @@ pub(super) fn direction<T: Real>(v: &Vector3<T>) -> Option<Vector3<T>> {
     // The squares of very small or large vectors would vanish or overflow.
     let v = v / largest;
     Some(v / v.norm_squared().sqrt())
+}
+
+/// The horizontal part of `field`, as a unit vector.
+pub(super) fn horizontal<T: Real>(field: &Vector3<T>, up: &Vector3<T>) -> Option<Vector3<T>> {
+    let level = field - up * field.dot(up);
+    // A field along the vertical has no horizontal direction but rounding.
+    if level.norm_squared() > T::literal(1e-6) { direction(&level) } else { None }
 }

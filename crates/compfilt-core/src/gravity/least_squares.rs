@@ -130,8 +130,8 @@ fn absorb(triangle: &mut Square, mut row: Unknowns) {
     }
 }
 
-/// Singular values and right singular vectors by one-sided Jacobi rotations: small singular values come out as accurate as
-/// large ones, which a decision about rank needs. (nalgebra's own decomposition was tried and loses them.)
+/// Singular values and right singular vectors by one-sided Jacobi rotations: accurate to rounding of the largest, which a
+/// decision about rank needs. (nalgebra's own decomposition was tried: its noise gains were wrong by up to 4 %.)
 fn decompose(mut columns: Square) -> (Unknowns, Square) {
     let mut vectors = Square::identity();
     // A dozen sweeps suffice; the bound is for what is not finite.

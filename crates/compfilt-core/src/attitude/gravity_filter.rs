@@ -1,0 +1,302 @@
+//! Attitude from a linear filter on the specific force in the frame that the gyro turns.
+
+use super::heading::{Heading, HeadingRule};
+use super::held_rate::HeldRate;
+use super::rest::{Rest, RestRule};
+use super::rotation::{Rotation, direction};
+use crate::error::positive;
+use crate::linear::{Flags, SplitGains};
+use crate::{Chain, Discretise, Dt, Error, Real, Recurrence, Rule, Split, State};
+use nalgebra::Vector3;
+
+/// The vertical as a low-pass of the specific force in the frame that the gyro turns: a linear complementary filter on three
+/// components, without angles.
+///
+/// ```text
+/// x_i ← exp(-[ω dt]×) x_i,    then one step of the linear filter with u = 0 and y = f - delay ω × f,      up = x_0/|x_0|
+/// ```
+///
+/// In that frame gravity stands still and the motion's accelerations average out, the better since the force is not normalised.
+/// With `split = 1` the filter is a true low-pass of order `N`. While the body rests ([`RestRule`]) the gyro's bias is estimated.
+/// At the start the filter is as fast as the time since then allows. The heading is the gyro's, or slowly the magnetometer's
+/// ([`HeadingRule`]). No step calls a trigonometric function. Sources: the linear filters of this crate; the frame is that of
+/// D. Laidig, T. Seel, 2023.
+///
+/// ```
+/// use compfilt_core::attitude::{GravityFilter, GravityState};
+/// use compfilt_core::nalgebra::Vector3;
+/// let filter = GravityFilter::<f32, 2>::second_order(3.0, 0.5)?;
+/// let gains = filter.at(0.01)?;
+/// let mut state = GravityState::new();
+/// filter.update(&gains, &mut state, &Vector3::zeros(), &Vector3::new(0.0, 0.0, 9.81), None);
+/// assert_eq!(state.up(), Some(Vector3::z()));
+/// # Ok::<(), compfilt_core::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GravityFilter<T, const N: usize> {
+    design: Split<T, N>,
+    rest: RestRule<T>,
+    heading: HeadingRule<T>,
+    delay: T,
+    hold: T,
+    gap: T,
+    cap: T,
+    force_range: Option<T>,
+    /// How long in s the start lasts.
+    start: T,
+}
+
+/// At the time `t` after the start the poles' geometric mean is at least this over `t`.
+const START: f64 = 2.0;
+
+impl<T: Real> GravityFilter<T, 2> {
+    /// Order 2 with the time constant `tau` in seconds, `omega0 = √2/tau`, the damping ratio `zeta` and `split = 1`.
+    ///
+    /// # Errors
+    /// `tau` or `zeta` is not positive and finite, or a coefficient is not representable.
+    pub fn second_order(tau: T, zeta: T) -> Result<Self, Error> {
+        let omega0 = T::literal(2.0).sqrt() / positive("tau", tau)?;
+        let k1 = T::literal(2.0) * positive("zeta", zeta)? * omega0;
+        Self::new(Chain::of_design("tau", [k1, omega0 * omega0])?.split(1)?)
+    }
+}
+
+impl<T: Real, const N: usize> GravityFilter<T, N> {
+    /// The filter of any order and split.
+    ///
+    /// # Errors
+    /// The speed of the design's poles is not representable.
+    pub fn new(design: Split<T, N>) -> Result<Self, Error> {
+        // The geometric mean of the poles: k_N is their product.
+        #[allow(clippy::cast_precision_loss)] // The order is a small number.
+        let order = T::literal(N as f64);
+        let product = design.coefficients().last().copied().unwrap_or(T::one());
+        let speed = positive("design", product.powf(T::one() / order))?;
+        Ok(Self {
+            design,
+            rest: RestRule::default(),
+            heading: HeadingRule::default(),
+            delay: T::zero(),
+            hold: T::literal(0.1),
+            gap: T::one(),
+            cap: T::literal(0.1),
+            force_range: None,
+            start: T::literal(START) / speed,
+        })
+    }
+
+    /// When the body counts as resting.
+    #[must_use]
+    pub fn rest(self, rest: RestRule<T>) -> Self {
+        Self { rest, ..self }
+    }
+
+    /// How the heading follows the magnetometer.
+    #[must_use]
+    pub fn heading(self, heading: HeadingRule<T>) -> Self {
+        Self { heading, ..self }
+    }
+
+    /// How long in s the gyro lags behind the accelerometer; negative where it leads. A property of the sensor.
+    ///
+    /// # Errors
+    /// `delay` is not finite.
+    pub fn delay(self, delay: T) -> Result<Self, Error> {
+        if delay.is_finite() {
+            Ok(Self { delay, ..self })
+        } else {
+            Err(Error::new("delay", Rule::Finite))
+        }
+    }
+
+    /// How long in s a missing gyro sample is bridged by the last one; 0.1 where it is not set.
+    ///
+    /// # Errors
+    /// `hold` is negative or not finite.
+    pub fn hold(self, hold: T) -> Result<Self, Error> {
+        if hold.is_finite() && hold >= T::zero() {
+            Ok(Self { hold, ..self })
+        } else {
+            Err(Error::new("hold", Rule::NotNegative))
+        }
+    }
+
+    /// The accelerometer's range in m/s²: a sample with a component at it or beyond it is clipped, and counts as missing.
+    ///
+    /// # Errors
+    /// `force_range` is not positive and finite.
+    pub fn force_range(self, force_range: T) -> Result<Self, Error> {
+        Ok(Self { force_range: Some(positive("force_range", force_range)?), ..self })
+    }
+
+    /// The linear design.
+    pub fn design(&self) -> &Split<T, N> {
+        &self.design
+    }
+
+    /// The gains at the sample period `dt` in seconds.
+    ///
+    /// # Errors
+    /// `dt` is not positive and finite, or a gain vanishes in the scalar type.
+    pub fn at(&self, dt: T) -> Result<SplitGains<T, N>, Error> {
+        self.design.at(dt)
+    }
+
+    /// One sample with the `gains` of its time step: `gyro` in rad/s, `specific_force` in m/s², `magnetic_field` of any length,
+    /// body axes. What is not finite, has no length, or is clipped is missing: the filter coasts, and says so.
+    pub fn update(
+        &self,
+        gains: &SplitGains<T, N>,
+        state: &mut GravityState<T, N>,
+        gyro: &Vector3<T>,
+        specific_force: &Vector3<T>,
+        magnetic_field: Option<&Vector3<T>>,
+    ) -> Flags {
+        let dt = gains.dt();
+        let (held, mut flags) = state.rate.take(gyro, dt, self.hold);
+        // A gyro that has been missing for long stands still, whatever its bias is.
+        let rate = if flags.contains(Flags::DERIVATIVE_MISSING) {
+            Vector3::zeros()
+        } else {
+            held - state.rest.bias
+        };
+        let there = direction(specific_force).is_some()
+            && !self.force_range.is_some_and(|range| specific_force.amax() >= range);
+        if !there {
+            flags |= Flags::MEASUREMENT_MISSING;
+        }
+        if dt > self.gap && state.started {
+            state.renew();
+            flags |= Flags::RESTARTED;
+        }
+        let turn = Rotation::of_turn(&(rate * dt));
+        state.rotation = state.rotation.times(&turn).renormalised();
+        if state.started {
+            for level in &mut state.levels.levels {
+                *level = turn.to_body(level);
+            }
+            state.age += dt;
+            state.since_correction += dt;
+            if there {
+                let force = specific_force - rate.cross(specific_force) * self.delay;
+                self.correct(gains, state, &force);
+            }
+        } else if there {
+            state.levels = State::at_rest::<T>(*specific_force);
+            state.started = true;
+        } else {
+            flags |= Flags::NOT_STARTED;
+        }
+        if there && state.rate.age == T::zero() {
+            state.resting = self.rest.update(&mut state.rest, gyro, specific_force, dt);
+        } else {
+            state.rest.disturb();
+            state.resting = false;
+        }
+        if let Some(level) = state.up().and_then(|up| state.rotation.levelled(&up)) {
+            state.rotation = level.renormalised();
+        }
+        if state.started {
+            flags |=
+                self.heading.update(&mut state.heading, &mut state.rotation, magnetic_field, dt);
+        }
+        flags | state.restart_if_lost()
+    }
+
+    /// One step of the linear filter over the time since the last.
+    fn correct(
+        &self,
+        gains: &SplitGains<T, N>,
+        state: &mut GravityState<T, N>,
+        force: &Vector3<T>,
+    ) {
+        let since = state.since_correction;
+        let counted = if since < self.cap { since } else { self.cap };
+        state.since_correction = T::zero();
+        // While the time since the start is short, so is the memory.
+        let gains = if state.age < self.start {
+            let faster = self.design.faster(self.start / state.age);
+            Dt::new(counted).map_or(*gains, |dt| faster.gains(dt))
+        } else if counted == gains.dt() {
+            *gains
+        } else {
+            Dt::new(counted).map_or(*gains, |dt| self.design.gains(dt))
+        };
+        gains.step(&mut state.levels, *force, Vector3::zeros());
+    }
+}
+
+/// The state of a [`GravityFilter`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GravityState<T: Real, const N: usize> {
+    /// Level 0 is the low-passed specific force in m/s², body axes.
+    pub levels: State<Vector3<T>, N>,
+    /// From body to world: x east, y north, z up; heading 0 at the start where there is no magnetometer.
+    pub rotation: Rotation<T>,
+    /// Rest, and the gyro's bias.
+    pub rest: Rest<T>,
+    /// The last rate.
+    pub rate: HeldRate<T>,
+    /// The heading's filter.
+    pub heading: Heading<T>,
+    /// Seconds since the start, as long as that counts.
+    pub age: T,
+    /// Seconds since the last correction.
+    pub since_correction: T,
+    /// Whether there is an attitude.
+    pub started: bool,
+    /// Whether the body rests.
+    pub resting: bool,
+}
+
+impl<T: Real, const N: usize> GravityState<T, N> {
+    /// Waits for the first measurement.
+    pub fn new() -> Self {
+        Self {
+            levels: State::at_rest::<T>(Vector3::zeros()),
+            rotation: Rotation::identity(),
+            rest: Rest::new(),
+            rate: HeldRate::new(),
+            heading: Heading::new(),
+            age: T::zero(),
+            since_correction: T::zero(),
+            started: false,
+            resting: false,
+        }
+    }
+
+    /// Starts from a known attitude, and a specific force of standard gravity.
+    pub fn from_rotation(rotation: Rotation<T>) -> Self {
+        let levels = State::at_rest::<T>(rotation.up() * T::literal(9.806_65));
+        let heading = Heading { known: true, ..Heading::new() };
+        let age = T::one() / T::zero();
+        Self { levels, rotation, heading, age, started: true, ..Self::new() }
+    }
+
+    /// The world's up in body axes; `None` before the start.
+    pub fn up(&self) -> Option<Vector3<T>> {
+        direction(self.levels.levels.first()?).filter(|_| self.started)
+    }
+
+    /// Forgets the vertical, keeps heading and bias.
+    fn renew(&mut self) {
+        self.started = false;
+        self.rest.renew();
+        (self.age, self.since_correction) = (T::zero(), T::zero());
+    }
+
+    fn restart_if_lost(&mut self) -> Flags {
+        let mut numbers = self.levels.levels.iter().flat_map(Vector3::iter);
+        if numbers.all(nalgebra::ComplexField::is_finite) && self.rotation.is_finite() {
+            return Flags::default();
+        }
+        *self = Self::new();
+        Flags::RESTARTED
+    }
+}
+
+impl<T: Real, const N: usize> Default for GravityState<T, N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

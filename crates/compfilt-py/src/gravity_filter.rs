@@ -1,0 +1,423 @@
+//! The gravity filter as a Python class.
+
+use crate::arrays::{Precision, Scalar};
+use crate::attitude_batch::{Filter, Output};
+use crate::attitude_session::{AnySession, Session, Signals};
+use crate::attitude_stream::{AttitudeEstimate, AttitudeStream, estimate, stream};
+use crate::batch::sampled_gains;
+use crate::errors::value_error;
+use crate::options::handling;
+use crate::session::precision_of;
+use crate::state::Numbers;
+use compfilt_core::attitude::{
+    GravityFilter as Core, GravityState, Heading, HeadingRule, Rest, RestRule, Rotation,
+};
+use compfilt_core::linear::{Flags, SplitGains};
+use compfilt_core::nalgebra::Vector3;
+use compfilt_core::{Butterworth, Chain, Discretise, Dt, Recurrence, Split};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::{PyAny, PyResult, Python, pyclass, pymethods};
+use pyo3::types::{PyDict, PyDictMethods};
+use pyo3::{Bound as Object, IntoPyObject};
+
+/// Attitude from a gyro and an accelerometer: the vertical as a linear low-pass of the specific force in the frame that the gyro
+/// turns.
+///
+///     x_i <- exp(-[w dt]x) x_i,  then one step of the linear filter with y = f - gyro_delay w x f,    up = x_0 / |x_0|
+///
+/// In that frame gravity stands still, and the motion's accelerations average out, the better since the force is not
+/// normalised. With ``split=1`` the filter is a true low-pass. While the body rests, the gyro's bias is estimated. At the start the
+/// filter is as fast as the time since then allows. Yaw is the gyro's, or slowly the magnetometer's where it is given.
+///
+/// Parameters
+/// ----------
+/// tau : float
+///     Time constant in seconds; omega0 = sqrt(2)/tau.
+/// order : int
+///     Of the low-pass, 1 to 6.
+/// split : int
+///     Terms of the polynomial in the low-pass, 1 to order.
+/// zeta : float, optional
+///     Damping ratio, order 2 only; 0.5 where it is left out. Other orders have Butterworth poles.
+/// gyro_delay : float
+///     How long in seconds the gyro lags behind the accelerometer, a property of the sensor; negative where it leads.
+/// rest_time, rest_rate, rest_force, rest_drift : float
+///     A body rests that for rest_time (1.5 s) has been within rest_rate (2 deg/s, in rad/s) and rest_force (0.5 m/s^2) of the
+///     low-passed gyro and accelerometer, while the latter drifted by less than rest_drift (0.1 m/s^2).
+/// bias_limit : float
+///     The largest bias of an axis in rad/s (2 deg/s): a faster turn is none.
+/// heading_tau : float
+///     Time constant in seconds of the heading, where there is a magnetometer.
+/// acc_range : float, optional
+///     The accelerometer's range in m/s^2: a sample with a component at it or beyond it is clipped, and counts as missing.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A parameter breaks its rule.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np
+/// >>> import compfilt as cf
+/// >>> acc = np.tile([0.0, 6.94, 6.94], (300, 1))
+/// >>> estimate = cf.GravityFilter().estimate(np.full((300, 3), 0.01), acc, fs=100.0)
+/// >>> estimate.up[-1].round(3)
+/// array([0.   , 0.707, 0.707])
+/// >>> bool(estimate.at_rest[-1]), estimate.gyro_bias[-1].round(6)
+/// (True, array([0.01, 0.01, 0.01]))
+#[pyclass(frozen, eq, module = "compfilt._core")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct GravityFilter {
+    #[pyo3(get)]
+    tau: f64,
+    #[pyo3(get)]
+    order: usize,
+    #[pyo3(get)]
+    split: usize,
+    /// The damping ratio at order 2, otherwise None.
+    #[pyo3(get)]
+    zeta: Option<f64>,
+    #[pyo3(get)]
+    gyro_delay: f64,
+    #[pyo3(get)]
+    rest_time: f64,
+    #[pyo3(get)]
+    rest_rate: f64,
+    #[pyo3(get)]
+    rest_force: f64,
+    #[pyo3(get)]
+    rest_drift: f64,
+    #[pyo3(get)]
+    bias_limit: f64,
+    #[pyo3(get)]
+    heading_tau: f64,
+    #[pyo3(get)]
+    acc_range: Option<f64>,
+}
+
+/// A filter bound to its state.
+struct Bound<T: Scalar, const N: usize> {
+    filter: Core<T, N>,
+    sampled: Option<SplitGains<T, N>>,
+    gains: SplitGains<T, N>,
+    state: GravityState<T, N>,
+}
+
+impl<T: Scalar, const N: usize> Filter<T> for Bound<T, N> {
+    fn follow(&mut self, dt: Option<Dt<T>>) {
+        match (dt, self.sampled) {
+            (Some(dt), _) if self.gains.dt() != dt.seconds() => {
+                self.gains = self.filter.design().gains(dt);
+            }
+            (None, Some(gains)) => self.gains = gains,
+            _ => {}
+        }
+    }
+
+    fn sample(&mut self, gyr: &Vector3<T>, acc: &Vector3<T>, mag: Option<&Vector3<T>>) -> Flags {
+        self.filter.update(&self.gains, &mut self.state, gyr, acc, mag)
+    }
+
+    fn output(&self) -> Option<Output<T>> {
+        let GravityState { rotation, rest, resting, .. } = self.state;
+        self.state.up().map(|up| Output { rotation, up, bias: rest.bias, at_rest: resting })
+    }
+
+    fn store(&self) -> Numbers {
+        let GravityState { levels, rotation, rest, rate, heading, .. } = &self.state;
+        let mut numbers = Numbers::new();
+        numbers.put(&[rotation.w]);
+        let vectors = [rotation.v, rest.bias, rest.gyro, rest.force, rest.anchor, rate.value];
+        for vector in vectors.iter().chain(&levels.levels) {
+            numbers.put(vector.as_slice());
+        }
+        numbers.put(&[rest.age, rest.still, rest.rested, rate.age, heading.age, heading.since]);
+        numbers.put(&[self.state.age, self.state.since_correction]);
+        let flags = [rest.begun, heading.known, self.state.started, self.state.resting];
+        numbers.put(&flags.map(|flag| f64::from(u8::from(flag))));
+        numbers
+    }
+
+    fn restore(&mut self, numbers: &Numbers) -> bool {
+        let numbers: Vec<T> = numbers.values();
+        let Some((w, rest)) = numbers.split_first() else { return false };
+        if rest.len() != 3 * (6 + N) + 12 {
+            return false;
+        }
+        let (vectors, scalars) = rest.split_at(3 * (6 + N));
+        let mut vectors = vectors.chunks_exact(3).map(Vector3::from_column_slice);
+        let mut next = || vectors.next().unwrap_or_else(Vector3::zeros);
+        let (v, bias, gyro, force, anchor, rate) = (next(), next(), next(), next(), next(), next());
+        let state = &mut self.state;
+        state.rotation = Rotation { w: *w, v };
+        state.levels.levels = std::array::from_fn(|_| next());
+        let [age, still, rested, rate_age, heading_age, heading_since, start, since, flags @ ..] =
+            scalars
+        else {
+            return false;
+        };
+        let [begun, known, started, resting] = flags else { return false };
+        let is = |flag: &T| *flag != T::zero();
+        state.rest = Rest {
+            bias,
+            gyro,
+            force,
+            anchor,
+            age: *age,
+            still: *still,
+            rested: *rested,
+            begun: is(begun),
+        };
+        (state.rate.value, state.rate.age) = (rate, *rate_age);
+        state.heading = Heading { age: *heading_age, since: *heading_since, known: is(known) };
+        (state.age, state.since_correction) = (*start, *since);
+        (state.started, state.resting) = (is(started), is(resting));
+        true
+    }
+
+    fn reset(&mut self, attitude: Option<Rotation<T>>) {
+        self.state = attitude.map_or_else(GravityState::new, GravityState::from_rotation);
+    }
+}
+
+impl GravityFilter {
+    fn design<T: Scalar, const N: usize>(&self) -> Result<Split<T, N>, compfilt_core::Error> {
+        let omega0 = T::literal(2.0).sqrt() / T::literal(self.tau);
+        let chain = match (self.zeta, N) {
+            (Some(zeta), 2) => {
+                let both = [T::literal(2.0 * zeta) * omega0, omega0 * omega0];
+                Chain::new(std::array::from_fn(|i| both[i]))?
+            }
+            _ => Butterworth::<T, N>::new(omega0)?.chain(),
+        };
+        chain.split(self.split)
+    }
+
+    fn rest<T: Scalar>(&self) -> Result<RestRule<T>, compfilt_core::Error> {
+        RestRule::default()
+            .time(T::literal(self.rest_time))?
+            .rate(T::literal(self.rest_rate))?
+            .force(T::literal(self.rest_force))?
+            .drift(T::literal(self.rest_drift))?
+            .bias_limit(T::literal(self.bias_limit))
+    }
+
+    fn core<T: Scalar, const N: usize>(
+        &self,
+        hold: f64,
+    ) -> Result<Core<T, N>, compfilt_core::Error> {
+        let filter = Core::new(self.design::<T, N>()?)?
+            .rest(self.rest()?)
+            .heading(HeadingRule::new(T::literal(self.heading_tau))?)
+            .delay(T::literal(self.gyro_delay))?
+            .hold(T::literal(hold))?;
+        self.acc_range.map_or(Ok(filter), |range| filter.force_range(T::literal(range)))
+    }
+
+    fn bind<T: Scalar, const N: usize>(&self, hold: f64, fs: Option<f64>) -> PyResult<Session<T>> {
+        let filter = self.core::<T, N>(hold).map_err(renamed)?;
+        let design = *filter.design();
+        let sampled = fs.map(|fs| sampled_gains::<T, _, N>(&design, fs)).transpose()?;
+        let zero = Dt::new(T::zero()).map_err(value_error)?;
+        let gains = sampled.unwrap_or_else(|| design.gains(zero));
+        let runner = Box::new(Bound { filter, sampled, gains, state: GravityState::new() });
+        Ok(Session { runner, fs, time: None, kind: format!("gravity filter of order {N}") })
+    }
+
+    fn of_order<T: Scalar>(&self, hold: f64, fs: Option<f64>) -> PyResult<Session<T>> {
+        match self.order {
+            1 => self.bind::<T, 1>(hold, fs),
+            2 => self.bind::<T, 2>(hold, fs),
+            3 => self.bind::<T, 3>(hold, fs),
+            4 => self.bind::<T, 4>(hold, fs),
+            5 => self.bind::<T, 5>(hold, fs),
+            _ => self.bind::<T, 6>(hold, fs),
+        }
+    }
+
+    fn session(&self, precision: Precision, hold: f64, fs: Option<f64>) -> PyResult<AnySession> {
+        Ok(match precision {
+            Precision::Single => AnySession::Single(self.of_order(hold, fs)?),
+            Precision::Double => AnySession::Double(self.of_order(hold, fs)?),
+        })
+    }
+}
+
+/// The core's names of parameters are Rust's.
+fn renamed(error: compfilt_core::Error) -> pyo3::PyErr {
+    let name = match error.parameter() {
+        "time" => "rest_time",
+        "rate" => "rest_rate",
+        "force" => "rest_force",
+        "drift" => "rest_drift",
+        "delay" => "gyro_delay",
+        "force_range" => "acc_range",
+        "omega0" | "coefficients" | "design" => "tau",
+        name => name,
+    };
+    let message = error.to_string();
+    PyValueError::new_err(message.replacen(error.parameter(), name, 1))
+}
+
+#[pymethods]
+impl GravityFilter {
+    #[new]
+    #[pyo3(signature = (
+        tau=3.0, *, order=2, split=1, zeta=None, gyro_delay=0.0, rest_time=1.5, rest_rate=0.034_906_585_039_886_59,
+        rest_force=0.5, rest_drift=0.1, bias_limit=0.034_906_585_039_886_59, heading_tau=10.0, acc_range=None
+    ))]
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        tau: f64,
+        order: i64,
+        split: i64,
+        zeta: Option<f64>,
+        gyro_delay: f64,
+        rest_time: f64,
+        rest_rate: f64,
+        rest_force: f64,
+        rest_drift: f64,
+        bias_limit: f64,
+        heading_tau: f64,
+        acc_range: Option<f64>,
+    ) -> PyResult<Self> {
+        let order = crate::design::small("order", order)?;
+        let split = crate::design::small("split", split)?;
+        if !(tau > 0.0 && tau.is_finite()) {
+            return Err(PyValueError::new_err("tau must be positive and finite"));
+        }
+        if zeta.is_some_and(|zeta| !(zeta > 0.0 && zeta.is_finite())) {
+            return Err(PyValueError::new_err("zeta must be positive and finite"));
+        }
+        if zeta.is_some() && order != 2 {
+            return Err(PyValueError::new_err(
+                "zeta goes with order=2: other orders have Butterworth poles",
+            ));
+        }
+        let zeta = (order == 2).then(|| zeta.unwrap_or(0.5));
+        let filter = Self {
+            tau,
+            order,
+            split,
+            zeta,
+            gyro_delay: gyro_delay + 0.0,
+            rest_time,
+            rest_rate,
+            rest_force,
+            rest_drift,
+            bias_limit,
+            heading_tau,
+            acc_range,
+        };
+        // What the core refuses is refused here.
+        filter.session(Precision::Double, 0.0, None)?;
+        Ok(filter)
+    }
+
+    /// Filters arrays.
+    ///
+    /// Parameters
+    /// ----------
+    /// gyr : array_like, shape (n, 3)
+    ///     Body rates in rad/s. A row with NaN or infinity is missing: the last one is held.
+    /// acc : array_like, shape (n, 3)
+    ///     Specific force in body axes, m/s^2. A row with NaN or infinity, of zeros, or clipped: missing.
+    /// fs, t, missing, hold, backwards
+    ///     As in ``LinearFilter.filter``.
+    /// mag : array_like, shape (n, 3), optional
+    ///     Magnetic field in body axes, any unit; only its horizontal direction counts.
+    /// initial : sequence of 4 floats or State, optional
+    ///     The quaternion before the first sample. None takes the first measurement.
+    ///
+    /// Returns
+    /// -------
+    /// AttitudeEstimate
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np
+    /// >>> import compfilt as cf
+    /// >>> gyr = np.tile([0.0, 0.0, 0.1], (100, 1))
+    /// >>> estimate = cf.GravityFilter().estimate(gyr, np.tile([0.0, 0.0, 9.81], (100, 1)), fs=100.0)
+    /// >>> round(float(2 * np.arctan2(estimate.quaternion[-1, 3], estimate.quaternion[-1, 0])), 6)
+    /// 0.1
+    #[pyo3(signature = (
+        gyr, acc, *, fs=None, t=None, mag=None, initial=None, missing="coast", hold=0.1, backwards="raise"
+    ))]
+    #[allow(clippy::too_many_arguments)]
+    fn estimate<'py>(
+        &self,
+        py: Python<'py>,
+        gyr: &Object<'py, PyAny>,
+        acc: &Object<'py, PyAny>,
+        fs: Option<f64>,
+        t: Option<&Object<'py, PyAny>>,
+        mag: Option<&Object<'py, PyAny>>,
+        initial: Option<&Object<'py, PyAny>>,
+        missing: &str,
+        hold: f64,
+        backwards: &str,
+    ) -> PyResult<AttitudeEstimate> {
+        let handling = handling(missing, backwards, 1)?;
+        let signals = Signals::new(gyr, acc, mag, t)?;
+        let session = |precision| self.session(precision, hold, fs);
+        estimate(py, session, &signals, fs, initial, handling)
+    }
+
+    /// A filter that carries its state: for samples and blocks as they come. Keywords as in ``estimate``, and dtype: float64 or
+    /// float32. Returns an :class:`AttitudeStream`.
+    #[pyo3(signature = (*, fs=None, dtype=None, initial=None, missing="coast", hold=0.1, backwards="raise"))]
+    #[allow(clippy::too_many_arguments)]
+    fn stream<'py>(
+        slf: &Object<'py, Self>,
+        fs: Option<f64>,
+        dtype: Option<&Object<'py, PyAny>>,
+        initial: Option<&Object<'py, PyAny>>,
+        missing: &str,
+        hold: f64,
+        backwards: &str,
+    ) -> PyResult<AttitudeStream> {
+        let handling = handling(missing, backwards, 1)?;
+        let precision = precision_of(dtype)?;
+        let session = slf.get().session(precision, hold, fs)?;
+        let keywords = PyDict::new(slf.py());
+        keywords.set_item("fs", fs)?;
+        keywords.set_item("dtype", precision.name())?;
+        keywords.set_item("missing", missing)?;
+        keywords.set_item("hold", hold)?;
+        keywords.set_item("backwards", backwards)?;
+        stream(session, slf.as_any(), keywords, initial, handling)
+    }
+
+    fn __hash__(&self) -> u64 {
+        use std::hash::{DefaultHasher, Hash, Hasher};
+        let mut hasher = DefaultHasher::new();
+        self.__repr__().hash(&mut hasher);
+        hasher.finish()
+    }
+
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<Object<'py, PyAny>> {
+        let keywords = PyDict::new(py);
+        keywords.set_item("order", self.order)?;
+        keywords.set_item("split", self.split)?;
+        keywords.set_item("zeta", self.zeta)?;
+        keywords.set_item("gyro_delay", self.gyro_delay)?;
+        keywords.set_item("rest_time", self.rest_time)?;
+        keywords.set_item("rest_rate", self.rest_rate)?;
+        keywords.set_item("rest_force", self.rest_force)?;
+        keywords.set_item("rest_drift", self.rest_drift)?;
+        keywords.set_item("bias_limit", self.bias_limit)?;
+        keywords.set_item("heading_tau", self.heading_tau)?;
+        keywords.set_item("acc_range", self.acc_range)?;
+        Ok(((self.tau,), keywords).into_pyobject(py)?.into_any())
+    }
+
+    fn __repr__(&self) -> String {
+        let Self { tau, order, split, gyro_delay, .. } = self;
+        let zeta = self.zeta.map_or(String::new(), |zeta| format!(", zeta={zeta:?}"));
+        let delay =
+            if *gyro_delay == 0.0 { String::new() } else { format!(", gyro_delay={gyro_delay:?}") };
+        format!("GravityFilter(tau={tau:?}, order={order}, split={split}{zeta}{delay})")
+    }
+}
