@@ -19,11 +19,11 @@ fn array() -> AccelerometerArray<[Accelerometer; 6]> {
     let third = Matrix3::new(0.0, 0.0, 1.0, 0.0, 1.0, 0.0, -1.0, 0.0, 0.0);
     let fifth = Matrix3::new(1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -1.0, 0.0);
     let sensors = [
-        ([0.04, 0.11, 0.0], first),
-        ([0.11, 0.05, 0.15], first),
-        ([0.0, 0.04, 0.11], third),
-        ([0.15, 0.11, 0.04], third),
-        ([0.11, 0.0, 0.04], fifth),
+        ([0.05, 0.02, 0.0], first),
+        ([0.10, 0.05, 0.15], first),
+        ([0.0, 0.05, 0.02], third),
+        ([0.15, 0.09, 0.08], third),
+        ([0.02, 0.0, 0.08], fifth),
         ([0.05, 0.15, 0.12], fifth),
     ];
     AccelerometerArray::new(sensors.map(|(position, rotation)| Accelerometer {

@@ -61,11 +61,11 @@ use pyo3::{Bound as Object, IntoPyObject};
 /// >>> import numpy as np
 /// >>> import compfilt as cf
 /// >>> acc = np.tile([0.0, 6.94, 6.94], (300, 1))
-/// >>> estimate = cf.GravityFilter().estimate(np.full((300, 3), 0.01), acc, fs=100.0)
-/// >>> estimate.up[-1].round(3)
+/// >>> estimate = cf.GravityFilter().estimate(np.full((300, 3), 0.001), acc, fs=100.0)
+/// >>> abs(estimate.up[-1]).round(3)
 /// array([0.   , 0.707, 0.707])
 /// >>> bool(estimate.at_rest[-1]), estimate.gyro_bias[-1].round(6)
-/// (True, array([0.01, 0.01, 0.01]))
+/// (True, array([0.001, 0.001, 0.001]))
 #[pyclass(frozen, eq, module = "compfilt._core")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct GravityFilter {
