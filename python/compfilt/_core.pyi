@@ -346,12 +346,14 @@ class Mahony:
 class GravityFilter:
     def __new__(
         cls,
-        tau: float = 3.0,
+        tau: float | None = None,
         *,
         order: int = 2,
         split: int = 1,
         zeta: float | None = None,
+        self_calibrating: bool = False,
         gyro_delay: float = 0.0,
+        calibration: ArrayLike | None = None,
         rest_time: float = 1.5,
         rest_rate: float = 0.03490658503988659,
         rest_force: float = 0.5,
@@ -368,6 +370,10 @@ class GravityFilter:
     def split(self) -> int: ...
     @property
     def zeta(self) -> float | None: ...
+    @property
+    def self_calibrating(self) -> bool: ...
+    @property
+    def calibration(self) -> list[list[float]] | None: ...
     @property
     def gyro_delay(self) -> float: ...
     @property
@@ -422,6 +428,8 @@ class AttitudeEstimate:
     def gyro_bias(self) -> _Real: ...
     @property
     def at_rest(self) -> NDArray[np.bool_]: ...
+    @property
+    def calibration(self) -> _Real | None: ...
     @property
     def flags(self) -> NDArray[np.uint8]: ...
     @property

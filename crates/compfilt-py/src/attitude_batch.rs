@@ -7,7 +7,7 @@ use crate::tilt::vector;
 use compfilt_core::Dt;
 use compfilt_core::attitude::Rotation;
 use compfilt_core::linear::Flags;
-use compfilt_core::nalgebra::Vector3;
+use compfilt_core::nalgebra::{Matrix3, Vector3};
 use numpy::ndarray::{ArrayView2, ArrayViewMut1, ArrayViewMut2};
 
 /// A block of samples of an attitude filter, and where the results go.
@@ -38,6 +38,11 @@ pub(crate) trait Filter<T: Scalar>: Send + Sync {
     fn sample(&mut self, gyr: &Vector3<T>, acc: &Vector3<T>, mag: Option<&Vector3<T>>) -> Flags;
     /// `None` before the start.
     fn output(&self) -> Option<Output<T>>;
+    /// The gyro's sensitivity errors, where the filter learns them.
+    fn calibration(&self) -> Option<Matrix3<T>> {
+        None
+    }
+
     fn store(&self) -> Numbers;
     fn restore(&mut self, numbers: &Numbers) -> bool;
     fn reset(&mut self, attitude: Option<Rotation<T>>);

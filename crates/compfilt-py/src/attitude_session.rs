@@ -8,6 +8,7 @@ use crate::session::{Handling, steps};
 use crate::state::State;
 use compfilt_core::attitude::Rotation;
 use compfilt_core::nalgebra::Vector3;
+use numpy::ndarray::Array2;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -66,6 +67,7 @@ pub(crate) struct Arrays<'py> {
     pub(crate) up: Bound<'py, PyAny>,
     pub(crate) bias: Bound<'py, PyAny>,
     pub(crate) at_rest: Bound<'py, PyAny>,
+    pub(crate) calibration: Option<Bound<'py, PyAny>>,
     pub(crate) flags: Bound<'py, PyArray1<u8>>,
 }
 
@@ -115,6 +117,10 @@ impl<T: Scalar> Session<T> {
             up: up.into_any(),
             bias: bias.into_any(),
             at_rest: at_rest.into_any(),
+            calibration: self.runner.calibration().map(|m| {
+                let rows = Array2::from_shape_fn((3, 3), |(row, column)| m[(row, column)]);
+                PyArray2::from_owned_array(py, rows).into_any()
+            }),
             flags,
         })
     }

@@ -25,6 +25,8 @@ use pyo3::types::PyDict;
 ///     In rad/s: what the gyro reads too much.
 /// at_rest : ndarray of bool, shape (n,)
 ///     Whether the filter takes the body to be at rest; False where it does not look for that.
+/// calibration : ndarray, shape (3, 3), or None
+///     The gyro's sensitivity errors M after the last sample, where the filter learns them: the gyro reads bias + M rate too much.
 /// flags : ndarray of uint8, shape (n,)
 ///     A set of :class:`Flags` a sample.
 /// counts : dict
@@ -48,6 +50,8 @@ pub(crate) struct AttitudeEstimate {
     #[pyo3(get)]
     at_rest: Py<PyAny>,
     #[pyo3(get)]
+    calibration: Option<Py<PyAny>>,
+    #[pyo3(get)]
     flags: Py<PyArrayDyn<u8>>,
     #[pyo3(get)]
     state: Py<State>,
@@ -60,6 +64,7 @@ impl AttitudeEstimate {
             up: arrays.up.unbind(),
             gyro_bias: arrays.bias.unbind(),
             at_rest: arrays.at_rest.unbind(),
+            calibration: arrays.calibration.map(Bound::unbind),
             flags: arrays.flags.to_dyn().clone().unbind(),
             state: Py::new(py, state)?,
         })

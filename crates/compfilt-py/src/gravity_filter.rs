@@ -1,20 +1,19 @@
 //! The gravity filter as a Python class.
 
 use crate::arrays::{Precision, Scalar};
-use crate::attitude_batch::{Filter, Output};
 use crate::attitude_session::{AnySession, Session, Signals};
 use crate::attitude_stream::{AttitudeEstimate, AttitudeStream, estimate, stream};
 use crate::batch::sampled_gains;
 use crate::errors::value_error;
+use crate::gravity_batch::{Plain, SelfCalibrating};
 use crate::options::handling;
 use crate::session::precision_of;
-use crate::state::Numbers;
 use compfilt_core::attitude::{
-    GravityFilter as Core, GravityState, Heading, HeadingRule, Rest, RestRule, Rotation,
+    GravityFilter as Core, GravityState, HeadingRule, RestRule, SelfCalibratingFilter,
+    SelfCalibrationState,
 };
-use compfilt_core::linear::{Flags, SplitGains};
-use compfilt_core::nalgebra::Vector3;
-use compfilt_core::{Butterworth, Chain, Discretise, Dt, Recurrence, Split};
+use compfilt_core::nalgebra::Matrix3;
+use compfilt_core::{Butterworth, Chain, Discretise, Dt, Split};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::{PyAny, PyResult, Python, pyclass, pymethods};
 use pyo3::types::{PyDict, PyDictMethods};
@@ -31,16 +30,22 @@ use pyo3::{Bound as Object, IntoPyObject};
 ///
 /// Parameters
 /// ----------
-/// tau : float
-///     Time constant in seconds; omega0 = sqrt(2)/tau.
+/// tau : float, optional
+///     Time constant in seconds; omega0 = sqrt(2)/tau. 3 where it is left out, 5 if the filter calibrates itself.
 /// order : int
 ///     Of the low-pass, 1 to 6.
 /// split : int
 ///     Terms of the polynomial in the low-pass, 1 to order.
 /// zeta : float, optional
-///     Damping ratio, order 2 only; 0.5 where it is left out. Other orders have Butterworth poles.
+///     Damping ratio, order 2 only; 0.5 where it is left out, 0.43 if the filter calibrates itself. Other orders have
+///     Butterworth poles.
+/// self_calibrating : bool
+///     Learn the gyro's bias and a matrix M of sensitivity errors (scale and cross-axis) from the motion: the rate is
+///     w - bias - M w. The symmetric part of M converges; the skew part, a misalignment of both sensors, hardly does.
 /// gyro_delay : float
 ///     How long in seconds the gyro lags behind the accelerometer, a property of the sensor; negative where it leads.
+/// calibration : array_like, shape (3, 3), optional
+///     M at the start of a self-calibrating filter, from ``AttitudeEstimate.calibration`` of an earlier run.
 /// rest_time, rest_rate, rest_force, rest_drift : float
 ///     A body rests that for rest_time (1.5 s) has been within rest_rate (2 deg/s, in rad/s) and rest_force (0.5 m/s^2) of the
 ///     low-passed gyro and accelerometer, while the latter drifted by less than rest_drift (0.1 m/s^2).
@@ -79,7 +84,12 @@ pub(crate) struct GravityFilter {
     #[pyo3(get)]
     zeta: Option<f64>,
     #[pyo3(get)]
+    self_calibrating: bool,
+    #[pyo3(get)]
     gyro_delay: f64,
+    /// The gyro's sensitivity errors at the start, or None.
+    #[pyo3(get)]
+    calibration: Option<[[f64; 3]; 3]>,
     #[pyo3(get)]
     rest_time: f64,
     #[pyo3(get)]
@@ -96,90 +106,10 @@ pub(crate) struct GravityFilter {
     acc_range: Option<f64>,
 }
 
-/// A filter bound to its state.
-struct Bound<T: Scalar, const N: usize> {
-    filter: Core<T, N>,
-    sampled: Option<SplitGains<T, N>>,
-    gains: SplitGains<T, N>,
-    state: GravityState<T, N>,
-}
-
-impl<T: Scalar, const N: usize> Filter<T> for Bound<T, N> {
-    fn follow(&mut self, dt: Option<Dt<T>>) {
-        match (dt, self.sampled) {
-            (Some(dt), _) if self.gains.dt() != dt.seconds() => {
-                self.gains = self.filter.design().gains(dt);
-            }
-            (None, Some(gains)) => self.gains = gains,
-            _ => {}
-        }
-    }
-
-    fn sample(&mut self, gyr: &Vector3<T>, acc: &Vector3<T>, mag: Option<&Vector3<T>>) -> Flags {
-        self.filter.update(&self.gains, &mut self.state, gyr, acc, mag)
-    }
-
-    fn output(&self) -> Option<Output<T>> {
-        let GravityState { rotation, rest, resting, .. } = self.state;
-        self.state.up().map(|up| Output { rotation, up, bias: rest.bias, at_rest: resting })
-    }
-
-    fn store(&self) -> Numbers {
-        let GravityState { levels, rotation, rest, rate, heading, .. } = &self.state;
-        let mut numbers = Numbers::new();
-        numbers.put(&[rotation.w]);
-        let vectors = [rotation.v, rest.bias, rest.gyro, rest.force, rest.anchor, rate.value];
-        for vector in vectors.iter().chain(&levels.levels) {
-            numbers.put(vector.as_slice());
-        }
-        numbers.put(&[rest.age, rest.still, rest.rested, rate.age, heading.age, heading.since]);
-        numbers.put(&[self.state.age, self.state.since_correction]);
-        let flags = [rest.begun, heading.known, self.state.started, self.state.resting];
-        numbers.put(&flags.map(|flag| f64::from(u8::from(flag))));
-        numbers
-    }
-
-    fn restore(&mut self, numbers: &Numbers) -> bool {
-        let numbers: Vec<T> = numbers.values();
-        let Some((w, rest)) = numbers.split_first() else { return false };
-        if rest.len() != 3 * (6 + N) + 12 {
-            return false;
-        }
-        let (vectors, scalars) = rest.split_at(3 * (6 + N));
-        let mut vectors = vectors.chunks_exact(3).map(Vector3::from_column_slice);
-        let mut next = || vectors.next().unwrap_or_else(Vector3::zeros);
-        let (v, bias, gyro, force, anchor, rate) = (next(), next(), next(), next(), next(), next());
-        let state = &mut self.state;
-        state.rotation = Rotation { w: *w, v };
-        state.levels.levels = std::array::from_fn(|_| next());
-        let [age, still, rested, rate_age, heading_age, heading_since, start, since, flags @ ..] =
-            scalars
-        else {
-            return false;
-        };
-        let [begun, known, started, resting] = flags else { return false };
-        let is = |flag: &T| *flag != T::zero();
-        state.rest = Rest {
-            bias,
-            gyro,
-            force,
-            anchor,
-            age: *age,
-            still: *still,
-            rested: *rested,
-            begun: is(begun),
-        };
-        (state.rate.value, state.rate.age) = (rate, *rate_age);
-        state.heading = Heading { age: *heading_age, since: *heading_since, known: is(known) };
-        (state.age, state.since_correction) = (*start, *since);
-        (state.started, state.resting) = (is(started), is(resting));
-        true
-    }
-
-    fn reset(&mut self, attitude: Option<Rotation<T>>) {
-        self.state = attitude.map_or_else(GravityState::new, GravityState::from_rotation);
-    }
-}
+const TAU: f64 = 3.0;
+const ZETA: f64 = 0.5;
+const TAU_SELF_CALIBRATING: f64 = 5.0;
+const ZETA_SELF_CALIBRATING: f64 = 0.43;
 
 impl GravityFilter {
     fn design<T: Scalar, const N: usize>(&self) -> Result<Split<T, N>, compfilt_core::Error> {
@@ -215,17 +145,45 @@ impl GravityFilter {
         self.acc_range.map_or(Ok(filter), |range| filter.force_range(T::literal(range)))
     }
 
+    fn calibrating<T: Scalar>(
+        &self,
+        hold: f64,
+    ) -> Result<SelfCalibratingFilter<T>, compfilt_core::Error> {
+        let zeta = T::literal(self.zeta.unwrap_or(0.5));
+        let filter = SelfCalibratingFilter::new(T::literal(self.tau), zeta)?
+            .rest(self.rest()?)
+            .heading(HeadingRule::new(T::literal(self.heading_tau))?)
+            .delay(T::literal(self.gyro_delay))?
+            .hold(T::literal(hold))?;
+        self.acc_range.map_or(Ok(filter), |range| filter.force_range(T::literal(range)))
+    }
+
+    fn bind_calibrating<T: Scalar>(&self, hold: f64, fs: Option<f64>) -> PyResult<Session<T>> {
+        let filter = self.calibrating::<T>(hold).map_err(renamed)?;
+        let matrix = self.calibration.unwrap_or_default();
+        let matrix = Matrix3::from_fn(|row, column| T::literal(matrix[row][column]));
+        let sampled =
+            fs.map(|fs| Dt::from_rate(T::literal(fs))).transpose().map_err(value_error)?;
+        let dt = Dt::new(T::zero()).map_err(value_error)?;
+        let state = SelfCalibrationState::new().calibrated(matrix);
+        let runner = Box::new(SelfCalibrating { filter, matrix, sampled, dt, state });
+        Ok(Session { runner, fs, time: None, kind: "self-calibrating gravity filter".to_owned() })
+    }
+
     fn bind<T: Scalar, const N: usize>(&self, hold: f64, fs: Option<f64>) -> PyResult<Session<T>> {
         let filter = self.core::<T, N>(hold).map_err(renamed)?;
         let design = *filter.design();
         let sampled = fs.map(|fs| sampled_gains::<T, _, N>(&design, fs)).transpose()?;
         let zero = Dt::new(T::zero()).map_err(value_error)?;
         let gains = sampled.unwrap_or_else(|| design.gains(zero));
-        let runner = Box::new(Bound { filter, sampled, gains, state: GravityState::new() });
+        let runner = Box::new(Plain { filter, sampled, gains, state: GravityState::new() });
         Ok(Session { runner, fs, time: None, kind: format!("gravity filter of order {N}") })
     }
 
     fn of_order<T: Scalar>(&self, hold: f64, fs: Option<f64>) -> PyResult<Session<T>> {
+        if self.self_calibrating {
+            return self.bind_calibrating(hold, fs);
+        }
         match self.order {
             1 => self.bind::<T, 1>(hold, fs),
             2 => self.bind::<T, 2>(hold, fs),
@@ -264,16 +222,18 @@ fn renamed(error: compfilt_core::Error) -> pyo3::PyErr {
 impl GravityFilter {
     #[new]
     #[pyo3(signature = (
-        tau=3.0, *, order=2, split=1, zeta=None, gyro_delay=0.0, rest_time=1.5, rest_rate=0.034_906_585_039_886_59,
+        tau=None, *, order=2, split=1, zeta=None, self_calibrating=false, gyro_delay=0.0, calibration=None, rest_time=1.5, rest_rate=0.034_906_585_039_886_59,
         rest_force=0.5, rest_drift=0.1, bias_limit=0.034_906_585_039_886_59, heading_tau=10.0, acc_range=None
     ))]
     #[allow(clippy::too_many_arguments)]
     fn new(
-        tau: f64,
+        tau: Option<f64>,
         order: i64,
         split: i64,
         zeta: Option<f64>,
+        self_calibrating: bool,
         gyro_delay: f64,
+        calibration: Option<[[f64; 3]; 3]>,
         rest_time: f64,
         rest_rate: f64,
         rest_force: f64,
@@ -284,6 +244,7 @@ impl GravityFilter {
     ) -> PyResult<Self> {
         let order = crate::design::small("order", order)?;
         let split = crate::design::small("split", split)?;
+        let tau = tau.unwrap_or(if self_calibrating { TAU_SELF_CALIBRATING } else { TAU });
         if !(tau > 0.0 && tau.is_finite()) {
             return Err(PyValueError::new_err("tau must be positive and finite"));
         }
@@ -295,13 +256,27 @@ impl GravityFilter {
                 "zeta goes with order=2: other orders have Butterworth poles",
             ));
         }
-        let zeta = (order == 2).then(|| zeta.unwrap_or(0.5));
+        if self_calibrating && (order, split) != (2, 1) {
+            return Err(PyValueError::new_err("self_calibrating goes with order=2 and split=1"));
+        }
+        if calibration.is_some() && !self_calibrating {
+            return Err(PyValueError::new_err("calibration goes with self_calibrating=True"));
+        }
+        if !calibration.is_none_or(|rows| rows.iter().flatten().all(|part| part.abs() < 0.5)) {
+            return Err(PyValueError::new_err(
+                "calibration must be nine numbers below 0.5: parts of the rate",
+            ));
+        }
+        let usual = if self_calibrating { ZETA_SELF_CALIBRATING } else { ZETA };
+        let zeta = (order == 2).then(|| zeta.unwrap_or(usual));
         let filter = Self {
             tau,
             order,
             split,
             zeta,
+            self_calibrating,
             gyro_delay: gyro_delay + 0.0,
+            calibration,
             rest_time,
             rest_rate,
             rest_force,
@@ -402,7 +377,9 @@ impl GravityFilter {
         keywords.set_item("order", self.order)?;
         keywords.set_item("split", self.split)?;
         keywords.set_item("zeta", self.zeta)?;
+        keywords.set_item("self_calibrating", self.self_calibrating)?;
         keywords.set_item("gyro_delay", self.gyro_delay)?;
+        keywords.set_item("calibration", self.calibration)?;
         keywords.set_item("rest_time", self.rest_time)?;
         keywords.set_item("rest_rate", self.rest_rate)?;
         keywords.set_item("rest_force", self.rest_force)?;
@@ -418,6 +395,7 @@ impl GravityFilter {
         let zeta = self.zeta.map_or(String::new(), |zeta| format!(", zeta={zeta:?}"));
         let delay =
             if *gyro_delay == 0.0 { String::new() } else { format!(", gyro_delay={gyro_delay:?}") };
-        format!("GravityFilter(tau={tau:?}, order={order}, split={split}{zeta}{delay})")
+        let learns = if self.self_calibrating { ", self_calibrating=True" } else { "" };
+        format!("GravityFilter(tau={tau:?}, order={order}, split={split}{zeta}{learns}{delay})")
     }
 }

@@ -29,6 +29,7 @@ mod design;
 mod errors;
 mod estimate;
 mod first_order;
+mod gravity_batch;
 mod gravity_filter;
 mod linear_filter;
 mod mahony;

@@ -5,6 +5,7 @@
 //! | `rotation` | unit quaternions, and turns without a trigonometric function |
 //! | `held_rate` | a gyro's rate that is held where it is missing |
 //! | `gravity_filter` | the vertical as a linear low-pass in the frame that the gyro turns |
+//! | `self_calibration` | the same with the gyro's bias and sensitivity learnt from the motion |
 //! | `rest` | whether the body is at rest, and the gyro's bias while it is |
 //! | `heading` | the heading by a magnetometer |
 //! | `mahony` | Mahony's explicit, passive and direct filters |
@@ -15,6 +16,7 @@ mod held_rate;
 mod mahony;
 mod rest;
 mod rotation;
+mod self_calibration;
 
 pub use gravity_filter::{GravityFilter, GravityState};
 pub use heading::{Heading, HeadingRule};
@@ -22,3 +24,4 @@ pub use held_rate::HeldRate;
 pub use mahony::{Mahony, MahonyForm, MahonyState, Observation};
 pub use rest::{Rest, RestRule};
 pub use rotation::Rotation;
+pub use self_calibration::{Block, SelfCalibratingFilter, SelfCalibrationState, Slope};
