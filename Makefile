@@ -10,7 +10,7 @@ RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml
 PACKAGES := $(VENV)/.packages
 EXTENSION := $(VENV)/.extension
 
-.PHONY: help develop demo test test-rust test-python lint format bench bench-rust bench-python vectors wheel clean
+.PHONY: help develop demo examples test test-rust test-python lint format bench bench-rust bench-python vectors wheel clean
 .DEFAULT_GOAL := help
 
 help: ## This list
@@ -29,6 +29,9 @@ develop: $(EXTENSION) ## Set up .venv with the optimised extension in it
 
 demo: $(EXTENSION) ## Filter the bundled log: table, result files and plot
 	$(BIN)/python examples/demo/demo.py
+
+examples: $(EXTENSION) ## Reproduce the sources' experiments: tables and figures
+	set -e; for script in examples/*/reproduce.py; do $(BIN)/python $$script; done
 
 test: lint test-rust test-python ## Every check
 

@@ -1,11 +1,17 @@
 """examples/cube_complementary_filter against SciPy's filters, closed forms and the accuracy bench."""
 
 import csv
-import importlib.util
 from pathlib import Path
 
+import angle_and_rate_filters
+import design_rule
 import numpy as np
 import pytest
+import rule_at_rest
+import rule_in_motion
+import rule_recordings
+import swinging_cube
+import unequal_time_constants
 from scipy.signal import lfilter
 
 import accuracy
@@ -13,13 +19,8 @@ import compfilt as cf
 
 pytest.importorskip("matplotlib")
 
-SCRIPT = Path(__file__).resolve().parent.parent / "examples" / "cube_complementary_filter" / "reproduce.py"
-SPEC = importlib.util.spec_from_file_location("cube_complementary_filter", SCRIPT)
-example = importlib.util.module_from_spec(SPEC)
-SPEC.loader.exec_module(example)
-
 T, TAU, ALPHA = 0.01, 0.49, 0.98
-TRIAL = example.RECORDINGS / f"{example.VIBRATING}.parquet"
+TRIAL = rule_recordings.RECORDINGS / f"{rule_recordings.VIBRATING}.parquet"
 
 needs_recordings = pytest.mark.skipif(
     not TRIAL.exists(), reason="no recordings: set COMPFILT_RECORDINGS to a folder of them"
@@ -32,13 +33,13 @@ def out(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def tables(out):
-    return example.reproduce(out)
+def tables(load_example, out):
+    return load_example("cube_complementary_filter").reproduce(out)
 
 
 @pytest.fixture(scope="module")
 def swing():
-    return example.swing_of_the_edge()
+    return swinging_cube.swing_of_the_edge()
 
 
 def rms_degrees(error):
@@ -59,7 +60,7 @@ def test_figures_and_tables_are_there(tables, out):
 
 
 def test_the_library_is_the_source(tables):
-    assert pytest.approx(TAU) == example.TAU
+    assert pytest.approx(TAU) == swinging_cube.TAU
     for row in tables["checks"].values():
         assert row["largest relative difference"] < 1e-14
 
@@ -69,7 +70,9 @@ def test_the_angle_loop_is_equation_12(swing):
     measured = swing.angle + 0.1
     expected = lfilter([1 - ALPHA], [1, -ALPHA], measured, zi=[ALPHA * measured[0]])[0]
     expected += lfilter([ALPHA * T], [1, -ALPHA], swing.rate)
-    np.testing.assert_allclose(example.angle_loop(measured, swing.rate), expected, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        angle_and_rate_filters.angle_loop(measured, swing.rate), expected, rtol=0, atol=1e-12
+    )
 
 
 def test_the_motion_is_consistent(swing):
@@ -89,7 +92,7 @@ def test_the_motion_is_consistent(swing):
     ],
 )
 def test_rates_of_the_three_equations(tables, swing, row, gyro_taps, gain):
-    for column, (gyro, acceleration) in example.rate_sensors(swing).items():
+    for column, (gyro, acceleration) in angle_and_rate_filters.rate_sensors(swing).items():
         rate = lfilter(gyro_taps, [1, -ALPHA], gyro)
         rate += lfilter([gain], [1, -ALPHA], T * np.cumsum(acceleration))
         expected = rms_degrees((rate - swing.rate)[swing.t >= 10])
@@ -105,14 +108,19 @@ def test_the_printed_slips_matter(tables):
 
 def test_what_a_bias_of_the_acceleration_leaves(swing):
     """A ramp behind the low-pass; tau times the bias; nothing: the filters are linear, so differences show it."""
-    sensors = example.rate_sensors(swing)
+    sensors = angle_and_rate_filters.rate_sensors(swing)
     without, with_bias = (
-        example.rate_answers(*sensors[name]) for name in ("+ noise / (deg/s)", "+ bias / (deg/s)")
+        angle_and_rate_filters.rate_answers(*sensors[name])
+        for name in ("+ noise / (deg/s)", "+ bias / (deg/s)")
     )
     left = {name: with_bias[name] - without[name] for name in without}
-    ramp = example.ACCELERATION_BIAS * (swing.t - TAU + TAU * np.exp(-swing.t / TAU))
-    np.testing.assert_allclose(left["(30), cf.RateFilter"], ramp, atol=2 * T * example.ACCELERATION_BIAS)
-    assert left["drift-free, cf.FirstOrder"][-1] == pytest.approx(TAU * example.ACCELERATION_BIAS)
+    ramp = angle_and_rate_filters.ACCELERATION_BIAS * (swing.t - TAU + TAU * np.exp(-swing.t / TAU))
+    np.testing.assert_allclose(
+        left["(30), cf.RateFilter"], ramp, atol=2 * T * angle_and_rate_filters.ACCELERATION_BIAS
+    )
+    assert left["drift-free, cf.FirstOrder"][-1] == pytest.approx(
+        TAU * angle_and_rate_filters.ACCELERATION_BIAS
+    )
     assert left["drift-free, cf.PiForm"][-1] == pytest.approx(0.0, abs=1e-9)
     np.testing.assert_array_equal(left["gyro alone"], 0.0)
 
@@ -120,7 +128,7 @@ def test_what_a_bias_of_the_acceleration_leaves(swing):
 # Unequal time constants
 
 
-@pytest.mark.parametrize("ratio", example.RATIOS)
+@pytest.mark.parametrize("ratio", unequal_time_constants.RATIOS)
 def test_unequal_taus(tables, swing, ratio):
     row = tables["unequal_taus"][f"tau2/tau1 = {ratio:g}"]
     s = 1j * np.geomspace(1e-2, 1e2, 2001) / TAU
@@ -141,7 +149,7 @@ def test_unequal_taus(tables, swing, ratio):
 
 
 def white(density, bias=0.0):
-    return example.Error(np.full(2, bias), np.linspace(1.0, 999.0, 500), np.full(500, density**2))
+    return design_rule.Error(np.full(2, bias), np.linspace(1.0, 999.0, 500), np.full(500, density**2))
 
 
 @pytest.mark.parametrize("tau", [0.1, 1.0, 10.0])
@@ -149,17 +157,17 @@ def test_the_rule_on_white_noise(tau):
     """r² / (2 tau) + q² tau / 2 and the bias tau b; the least at tau = r/q."""
     r, q, b = 0.02, 0.01, 0.003
     expected = r**2 / (2 * tau) + q**2 * tau / 2
-    rule = example.Rule(2000.0, white(r), white(q))
+    rule = design_rule.Rule(2000.0, white(r), white(q))
     assert rule.rms(tau) ** 2 == pytest.approx(expected, rel=0.02)
-    biased = example.Rule(2000.0, white(r), white(q, b))
+    biased = design_rule.Rule(2000.0, white(r), white(q, b))
     assert biased.rms(tau) ** 2 == pytest.approx(expected + (b * tau) ** 2, rel=0.02)
-    step = np.log(example.TAUS[1] / example.TAUS[0])
+    step = np.log(design_rule.TAUS[1] / design_rule.TAUS[0])
     assert np.log(rule.best_tau()) == pytest.approx(np.log(r / q), abs=1.01 * step)
 
 
 def test_the_spectrum_of_white_noise():
     rng = np.random.default_rng(0)
-    found = example.spectrum(0.5 + rng.normal(0.0, 0.3, (200_000, 2)), 200.0, 4.0)
+    found = design_rule.spectrum(0.5 + rng.normal(0.0, 0.3, (200_000, 2)), 200.0, 4.0)
     np.testing.assert_allclose(found.mean, 0.5, atol=5e-3)
     assert np.mean(found.density) == pytest.approx(0.3**2 / 200.0, rel=0.02)
 
@@ -169,23 +177,23 @@ def test_the_rule_predicts_what_the_filter_does():
     rng = np.random.default_rng(1)
     fs, r, q = 100.0, 0.003, 0.002
     angle, rate = (density * np.sqrt(fs) * rng.normal(size=(400_000, 2)) for density in (r, q))
-    rule = example.Rule(fs, example.spectrum(angle, fs, 20.0), example.spectrum(rate, fs, 20.0))
+    rule = design_rule.Rule(fs, design_rule.spectrum(angle, fs, 20.0), design_rule.spectrum(rate, fs, 20.0))
     for tau in (0.3, 1.5, 6.0):
         error = cf.FirstOrder(tau).filter(angle, rate, fs=fs, initial=0.0)
         assert rule.rms(tau) == pytest.approx(np.sqrt(np.mean(error**2)), rel=0.1)
 
 
 def test_without_recordings_a_simulated_one_is_used(monkeypatch, capsys):
-    monkeypatch.setattr(example, "RECORDINGS", Path("nowhere"))
-    source, trials = example.noise_records()
+    monkeypatch.setattr(rule_recordings, "RECORDINGS", Path("nowhere"))
+    source, trials = rule_recordings.noise_records()
     assert "NO RECORDINGS" in capsys.readouterr().out
-    table, _ = example.still_phases(source)
+    table, _ = rule_at_rest.still_phases(source)
     calm, shaken = table["still, bias removed"], table["the same, offset removed"]
     # The densities of SensorErrors are one-sided, and the accelerometer's g is a radian of tilt.
     assert calm["r / (deg/√Hz)"] == pytest.approx(np.degrees(300e-6) / np.sqrt(2), rel=0.05)
     assert calm["q / (deg/s/√Hz)"] == pytest.approx(0.01 / np.sqrt(2), rel=0.05)
     assert shaken["tau / s"] > 2 * calm["tau / s"]
-    motion = example.in_motion(trials)["simulated"]
+    motion = rule_in_motion.in_motion(trials)["simulated"]
     assert motion["tau best / s"] > 3 * motion["tau rest / s"]
     assert motion["error hindsight / deg"] < 1.05 * motion["error best / deg"] < motion["error rest / deg"]
 
@@ -216,8 +224,8 @@ def test_the_rule_at_rest_is_not_the_best_in_motion(tables):
 
 @needs_recordings
 def test_the_errors_in_motion_are_those_of_the_bench(tables):
-    recording, row = accuracy.read(TRIAL), tables["motion"][example.VIBRATING]
-    bias = example.still(example.read(TRIAL)).gyr.mean(axis=0)
+    recording, row = accuracy.read(TRIAL), tables["motion"][rule_recordings.VIBRATING]
+    bias = rule_recordings.still(rule_recordings.read(TRIAL)).gyr.mean(axis=0)
     for tau, error in (("tau rest / s", "error rest / deg"), ("tau best / s", "error best / deg")):
         tilt = cf.TiltFilter(cf.FirstOrder(row[tau]))
         angles = tilt.estimate(recording.gyr - bias, recording.acc, t=recording.t).angles

@@ -1,21 +1,17 @@
 """examples/third_order against SciPy, closed forms and plain loops of the source's equations."""
 
 import csv
-import importlib.util
-from pathlib import Path
 
+import figure_of_eight
 import numpy as np
+import position_filters
 import pytest
+import sign_of_the_figure
 from scipy import linalg, signal
 
 import compfilt as cf
 
 pytest.importorskip("matplotlib")
-
-SCRIPT = Path(__file__).resolve().parent.parent / "examples" / "third_order" / "reproduce.py"
-SPEC = importlib.util.spec_from_file_location("third_order", SCRIPT)
-example = importlib.util.module_from_spec(SPEC)
-SPEC.loader.exec_module(example)
 
 T, TAU, DELAY = 0.01, 4.0, 0.2
 K = np.array([3 / TAU, 3 / TAU**2, 1 / TAU**3])
@@ -29,13 +25,13 @@ def out(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def tables(out):
-    return example.reproduce(out)
+def tables(load_example, out):
+    return load_example("third_order").reproduce(out)
 
 
 @pytest.fixture(scope="module")
 def drive():
-    return example.drive_an_eight()
+    return figure_of_eight.drive_an_eight()
 
 
 def low_pass(omega, k=K):
@@ -125,7 +121,7 @@ def test_the_motion_is_consistent(drive):
 
 def test_integration_and_held_fixes_by_hand(tables, drive):
     late = drive.t >= 40
-    drift = np.linalg.norm(example.BIAS) / 2 * drive.t[late] ** 2
+    drift = np.linalg.norm(figure_of_eight.BIAS) / 2 * drive.t[late] ** 2
     assert tables["position"]["integrated twice"]["position / m"] == pytest.approx(
         np.sqrt(np.mean(drift**2)), rel=0.01
     )
@@ -164,9 +160,9 @@ def test_the_noise_that_passes_is_that_of_the_lyapunov_equation(tables, drive):
     expected = np.sqrt(2 * np.diag(p))
     rows = []
     for seed in range(8):
-        gps, acceleration = example.sensors(drive, seed)
-        answer = example.answer(cf.ThirdOrder(TAU), gps, acceleration, DELAY)
-        rows.append(list(example.errors(drive, answer).values())[:3])
+        gps, acceleration = figure_of_eight.sensors(drive, seed)
+        answer = position_filters.answer(cf.ThirdOrder(TAU), gps, acceleration, DELAY)
+        rows.append(list(position_filters.errors(drive, answer).values())[:3])
     found = np.sqrt(np.mean(np.square(rows), axis=0))
     np.testing.assert_allclose(found, expected, rtol=0.2)
     np.testing.assert_allclose(list(tables["position"]["third order"].values())[:3], rows[0], rtol=1e-12)
@@ -182,7 +178,7 @@ def test_the_bias(tables):
 
 def test_without_the_bias_the_second_order_is_off(tables):
     """By b tau² in the continuous filter, and somewhat more with fixes that are few and late."""
-    left = np.linalg.norm(example.BIAS) * TAU**2
+    left = np.linalg.norm(figure_of_eight.BIAS) * TAU**2
     assert left < tables["position"]["second order"]["position / m"] < 1.3 * left
     rows = tables["taus"].values()
     assert min(row["third order / m"] for row in rows) < 0.7 * min(row["second order / m"] for row in rows)
@@ -208,7 +204,7 @@ def test_the_loop_with_the_mended_sign_is_the_library():
     f[:, 0] -= K
     exact = np.array([linalg.expm(f * each)[0, 0] for each in t]) * 0.01
     library = cf.ThirdOrder(TAU).filter(np.zeros(1200), np.zeros(1200), fs=1 / T, initial=0.01)
-    np.testing.assert_allclose(example.as_drawn(-1.0), exact, atol=5e-5)
+    np.testing.assert_allclose(sign_of_the_figure.as_drawn(-1.0), exact, atol=5e-5)
     np.testing.assert_allclose(library, exact, atol=5e-5)
 
 

@@ -25,12 +25,10 @@ from butterworth_simulation import (
 )
 from butterworth_tables import Result, show
 
-HERE = Path(__file__).parent
-
 
 def main() -> None:
     """Reproduce into the folder that is named, or beside this file."""
-    reproduce(Path(sys.argv[1]) if len(sys.argv) > 1 else HERE / "out")
+    reproduce(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent / "out")
 
 
 def reproduce(out: Path) -> Result:

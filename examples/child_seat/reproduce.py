@@ -16,12 +16,10 @@ from seat_sample_rate import at_rate
 from seat_tables import Result, show
 from seat_turn import steady_turn
 
-HERE = Path(__file__).parent
-
 
 def main() -> None:
     """Reproduce into the folder that is named, or beside this file."""
-    reproduce(Path(sys.argv[1]) if len(sys.argv) > 1 else HERE / "out")
+    reproduce(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent / "out")
 
 
 def reproduce(out: Path) -> Result:

@@ -19,12 +19,10 @@ from rule_recordings import noise_records
 from swinging_cube import swing_of_the_edge
 from unequal_time_constants import unequal_taus
 
-HERE = Path(__file__).resolve().parent
-
 
 def main() -> None:
     """Reproduce and print."""
-    out = Path(sys.argv[1]) if len(sys.argv) > 1 else HERE / "out"
+    out = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent / "out"
     for name, table in reproduce(out).items():
         show(name, table)
     print(f"\nfigures and tables: {out}")

@@ -17,12 +17,10 @@ from sign_of_the_figure import sign
 from third_order_figures import draw_orders, draw_position, draw_slips
 from third_order_tables import Table, show, write
 
-HERE = Path(__file__).resolve().parent
-
 
 def main() -> None:
     """Reproduce and print."""
-    out = Path(sys.argv[1]) if len(sys.argv) > 1 else HERE / "out"
+    out = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent / "out"
     for name, table in reproduce(out).items():
         show(name, table)
     print(f"\nfigures and tables: {out}")
