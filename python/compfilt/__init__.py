@@ -34,6 +34,7 @@ from compfilt._core import (
     tilt,
 )
 from compfilt.cube import Cube, CubeEstimate, CubeSample, CubeStream
+from compfilt.delay import find_gyro_delay
 from compfilt.flags import Flags
 
 if _debug_build:
@@ -71,6 +72,7 @@ __all__ = [
     "__version__",
     "alpha_to_tau",
     "angle_rates",
+    "find_gyro_delay",
     "tau_to_alpha",
     "tilt",
 ]

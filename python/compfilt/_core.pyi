@@ -355,10 +355,10 @@ class GravityFilter:
         gyro_delay: float = 0.0,
         calibration: ArrayLike | None = None,
         rest_time: float = 1.5,
-        rest_rate: float = 0.03490658503988659,
+        rest_rate: float = ...,
         rest_force: float = 0.5,
         rest_drift: float = 0.1,
-        bias_limit: float = 0.03490658503988659,
+        bias_limit: float = ...,
         heading_tau: float = 10.0,
         acc_range: float | None = None,
     ) -> GravityFilter: ...
@@ -403,6 +403,19 @@ class GravityFilter:
         hold: float = 0.1,
         backwards: _Backwards = "raise",
     ) -> AttitudeEstimate: ...
+    def smooth(
+        self,
+        gyr: ArrayLike,
+        acc: ArrayLike,
+        *,
+        fs: float | None = None,
+        t: ArrayLike | None = None,
+        mag: ArrayLike | None = None,
+        missing: _Missing = "coast",
+        hold: float = 0.1,
+        backwards: _Backwards = "raise",
+    ) -> AttitudeEstimate: ...
+    def _velocity(self, gyr: ArrayLike, acc: ArrayLike, *, fs: float) -> NDArray[np.float64]: ...
     def stream(
         self,
         *,

@@ -71,25 +71,51 @@ impl<T: Scalar, F: Filter<T>> Runner<T> for F {
             flags |=
                 self.sample(&vector(block.gyr.row(row)), &vector(block.acc.row(row)), mag.as_ref());
             block.flags[row] = flags.bits();
-            write(&mut block, row, self.output());
+            block.write(row, self.output());
         }
     }
 }
 
-fn write<T: Scalar>(block: &mut Block<'_, T>, row: usize, output: Option<Output<T>>) {
-    let nothing = || Output {
-        rotation: Rotation { w: T::NAN, v: Vector3::from_element(T::NAN) },
-        up: Vector3::from_element(T::NAN),
-        bias: Vector3::zeros(),
-        at_rest: false,
-    };
-    let Output { rotation, up, bias, at_rest } = output.unwrap_or_else(nothing);
-    let mut quaternion = block.quaternion.row_mut(row);
-    quaternion[0] = rotation.w;
-    for axis in 0..3 {
-        quaternion[axis + 1] = rotation.v[axis];
-        block.up[(row, axis)] = up[axis];
-        block.bias[(row, axis)] = bias[axis];
+impl<T: Scalar> Block<'_, T> {
+    /// The same block for another pass.
+    pub(crate) fn reborrow(&mut self) -> Block<'_, T> {
+        Block {
+            gyr: self.gyr.reborrow(),
+            acc: self.acc.reborrow(),
+            mag: self.mag.as_ref().map(|mag| mag.reborrow()),
+            steps: self.steps,
+            quaternion: self.quaternion.view_mut(),
+            up: self.up.view_mut(),
+            bias: self.bias.view_mut(),
+            at_rest: self.at_rest.view_mut(),
+            flags: self.flags.view_mut(),
+        }
     }
-    block.at_rest[row] = at_rest;
+
+    pub(crate) fn write_attitude(&mut self, row: usize, rotation: &Rotation<T>, up: &Vector3<T>) {
+        self.quaternion[(row, 0)] = rotation.w;
+        for axis in 0..3 {
+            self.quaternion[(row, axis + 1)] = rotation.v[axis];
+            self.up[(row, axis)] = up[axis];
+        }
+    }
+
+    pub(crate) fn write_bias(&mut self, row: usize, bias: &Vector3<T>) {
+        for axis in 0..3 {
+            self.bias[(row, axis)] = bias[axis];
+        }
+    }
+
+    fn write(&mut self, row: usize, output: Option<Output<T>>) {
+        let nothing = Vector3::from_element(T::NAN);
+        let unknown = Rotation { w: T::NAN, v: nothing };
+        match output {
+            Some(Output { rotation, up, bias, at_rest }) => {
+                self.write_attitude(row, &rotation, &up);
+                self.write_bias(row, &bias);
+                self.at_rest[row] = at_rest;
+            }
+            None => self.write_attitude(row, &unknown, &nothing),
+        }
+    }
 }

@@ -7,7 +7,7 @@ use crate::precision::InPrecision;
 use crate::session::{Handling, steps};
 use crate::state::State;
 use compfilt_core::attitude::Rotation;
-use compfilt_core::nalgebra::Vector3;
+use compfilt_core::nalgebra::{Matrix3, Vector3};
 use numpy::ndarray::Array2;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -71,6 +71,64 @@ pub(crate) struct Arrays<'py> {
     pub(crate) flags: Bound<'py, PyArray1<u8>>,
 }
 
+/// Makes the arrays of results and lets `work` fill them, without Python's lock. Returns them and the time after them.
+pub(crate) fn fill<'py, T: Scalar>(
+    py: Python<'py>,
+    signals: &Signals<'_, 'py>,
+    handling: Handling,
+    fs: Option<f64>,
+    before: Option<f64>,
+    work: impl FnOnce(Block<'_, T>) + Send,
+) -> PyResult<(Arrays<'py>, Option<f64>)> {
+    let (gyr, acc) = (signals.gyr.typed::<T>()?, signals.acc.typed::<T>()?);
+    let mag = signals.mag.as_ref().map(Signal::typed::<T>).transpose()?;
+    let (gyr, acc) = (columns(&gyr)?, columns(&acc)?);
+    let mag = mag.as_ref().map(columns).transpose()?;
+    let samples = gyr.nrows();
+    let (steps, time) = steps::<T>(signals.t, fs, before, samples, handling.backwards)?;
+    if handling.raise_missing {
+        check_all_finite(gyr, "gyr")?;
+        check_all_finite(acc, "acc")?;
+        mag.map_or(Ok(()), |mag| check_all_finite(mag, "mag"))?;
+    }
+    let vectors = |width| PyArray2::<T>::zeros(py, [samples, width], false);
+    let (quaternion, up, bias) = (vectors(4), vectors(3), vectors(3));
+    let at_rest = PyArray1::<bool>::zeros(py, [samples], false);
+    let flags = PyArray1::<u8>::zeros(py, [samples], false);
+    {
+        let (mut quaternion, mut up) = (quaternion.readwrite(), up.readwrite());
+        let (mut bias, mut at_rest) = (bias.readwrite(), at_rest.readwrite());
+        let mut flags = flags.readwrite();
+        let block = Block {
+            gyr,
+            acc,
+            mag,
+            steps: steps.as_deref().map_or(Steps::Uniform, Steps::Each),
+            quaternion: quaternion.as_array_mut(),
+            up: up.as_array_mut(),
+            bias: bias.as_array_mut(),
+            at_rest: at_rest.as_array_mut(),
+            flags: flags.as_array_mut(),
+        };
+        py.detach(|| work(block));
+    }
+    let arrays = Arrays {
+        quaternion: quaternion.into_any(),
+        up: up.into_any(),
+        bias: bias.into_any(),
+        at_rest: at_rest.into_any(),
+        calibration: None,
+        flags,
+    };
+    Ok((arrays, time))
+}
+
+/// A matrix as an array.
+pub(crate) fn rows<'py, T: Scalar>(py: Python<'py>, matrix: &Matrix3<T>) -> Bound<'py, PyAny> {
+    let rows = Array2::from_shape_fn((3, 3), |(row, column)| matrix[(row, column)]);
+    PyArray2::from_owned_array(py, rows).into_any()
+}
+
 impl<T: Scalar> Session<T> {
     pub(crate) fn process<'py>(
         &mut self,
@@ -78,51 +136,12 @@ impl<T: Scalar> Session<T> {
         signals: &Signals<'_, 'py>,
         handling: Handling,
     ) -> PyResult<Arrays<'py>> {
-        let (gyr, acc) = (signals.gyr.typed::<T>()?, signals.acc.typed::<T>()?);
-        let mag = signals.mag.as_ref().map(Signal::typed::<T>).transpose()?;
-        let (gyr, acc) = (columns(&gyr)?, columns(&acc)?);
-        let mag = mag.as_ref().map(columns).transpose()?;
-        let samples = gyr.nrows();
-        let (steps, time) = steps::<T>(signals.t, self.fs, self.time, samples, handling.backwards)?;
-        if handling.raise_missing {
-            check_all_finite(gyr, "gyr")?;
-            check_all_finite(acc, "acc")?;
-            mag.map_or(Ok(()), |mag| check_all_finite(mag, "mag"))?;
-        }
-        let vectors = |width| PyArray2::<T>::zeros(py, [samples, width], false);
-        let (quaternion, up, bias) = (vectors(4), vectors(3), vectors(3));
-        let at_rest = PyArray1::<bool>::zeros(py, [samples], false);
-        let flags = PyArray1::<u8>::zeros(py, [samples], false);
-        {
-            let (mut quaternion, mut up) = (quaternion.readwrite(), up.readwrite());
-            let (mut bias, mut at_rest) = (bias.readwrite(), at_rest.readwrite());
-            let mut flags = flags.readwrite();
-            let block = Block {
-                gyr,
-                acc,
-                mag,
-                steps: steps.as_deref().map_or(Steps::Uniform, Steps::Each),
-                quaternion: quaternion.as_array_mut(),
-                up: up.as_array_mut(),
-                bias: bias.as_array_mut(),
-                at_rest: at_rest.as_array_mut(),
-                flags: flags.as_array_mut(),
-            };
-            let runner = &mut self.runner;
-            py.detach(|| runner.block(block));
-        }
+        let runner = &mut self.runner;
+        let (mut arrays, time) =
+            fill(py, signals, handling, self.fs, self.time, |block| runner.block(block))?;
         self.time = time;
-        Ok(Arrays {
-            quaternion: quaternion.into_any(),
-            up: up.into_any(),
-            bias: bias.into_any(),
-            at_rest: at_rest.into_any(),
-            calibration: self.runner.calibration().map(|m| {
-                let rows = Array2::from_shape_fn((3, 3), |(row, column)| m[(row, column)]);
-                PyArray2::from_owned_array(py, rows).into_any()
-            }),
-            flags,
-        })
+        arrays.calibration = self.runner.calibration().map(|matrix| rows(py, &matrix));
+        Ok(arrays)
     }
 
     pub(crate) fn state(&self) -> State {

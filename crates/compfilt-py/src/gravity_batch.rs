@@ -136,14 +136,13 @@ impl<T: Scalar> Filter<T> for SelfCalibrating<T> {
             numbers.put(velocity.as_slice());
             numbers.put(&[*information]);
         }
-        let Block { force, force_time, turned, time } = &state.block;
-        numbers.put(force.as_slice());
-        for vector in turned {
+        let Block { force, ahead, force_time, turned, time } = &state.block;
+        for vector in [force, ahead].into_iter().chain(turned) {
             numbers.put(vector.as_slice());
         }
         numbers.put(&[*force_time, *time]);
         put_inputs(&mut numbers, &state.rate, &state.heading);
-        numbers.put(&[state.age]);
+        numbers.put(&[state.age, state.delay]);
         numbers.put(&[state.started, state.settled, state.resting].map(number));
         numbers
     }
@@ -162,13 +161,13 @@ impl<T: Scalar> Filter<T> for SelfCalibrating<T> {
                     (reader.vector()?, reader.vector()?, reader.take()?);
                 *slope = Slope { mean, velocity, information };
             }
-            state.block.force = reader.vector()?;
+            (state.block.force, state.block.ahead) = (reader.vector()?, reader.vector()?);
             for vector in &mut state.block.turned {
                 *vector = reader.vector()?;
             }
             [state.block.force_time, state.block.time] = reader.take()?;
             let (rate, heading) = reader.inputs()?;
-            let [age, started, settled, resting] = reader.take()?;
+            let [age, delay, started, settled, resting] = reader.take()?;
             let is = |flag: T| flag != T::zero();
             let last = SelfCalibrationState {
                 rotation,
@@ -176,6 +175,7 @@ impl<T: Scalar> Filter<T> for SelfCalibrating<T> {
                 mean,
                 velocity,
                 matrix,
+                delay,
                 rest,
                 rate,
                 heading,

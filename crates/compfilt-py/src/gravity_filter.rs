@@ -1,19 +1,22 @@
 //! The gravity filter as a Python class.
 
 use crate::arrays::{Precision, Scalar};
-use crate::attitude_session::{AnySession, Session, Signals};
+use crate::attitude_batch::Block;
+use crate::attitude_session::{AnySession, Session, Signals, fill, rows};
 use crate::attitude_stream::{AttitudeEstimate, AttitudeStream, estimate, stream};
 use crate::batch::sampled_gains;
 use crate::errors::value_error;
 use crate::gravity_batch::{Plain, SelfCalibrating};
+use crate::gravity_offline::{Offline, smooth, velocities};
 use crate::options::handling;
 use crate::session::precision_of;
 use compfilt_core::attitude::{
     GravityFilter as Core, GravityState, HeadingRule, RestRule, SelfCalibratingFilter,
-    SelfCalibrationState,
+    SelfCalibrationState, Smoother,
 };
 use compfilt_core::nalgebra::Matrix3;
 use compfilt_core::{Butterworth, Chain, Discretise, Dt, Split};
+use numpy::PyArray2;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::{PyAny, PyResult, Python, pyclass, pymethods};
 use pyo3::types::{PyDict, PyDictMethods};
@@ -37,13 +40,14 @@ use pyo3::{Bound as Object, IntoPyObject};
 /// split : int
 ///     Terms of the polynomial in the low-pass, 1 to order.
 /// zeta : float, optional
-///     Damping ratio, order 2 only; 0.5 where it is left out, 0.43 if the filter calibrates itself. Other orders have
-///     Butterworth poles.
+///     Damping ratio, order 2 only; 0.5 where it is left out. Other orders have Butterworth poles.
 /// self_calibrating : bool
 ///     Learn the gyro's bias and a matrix M of sensitivity errors (scale and cross-axis) from the motion: the rate is
 ///     w - bias - M w. The symmetric part of M converges; the skew part, a misalignment of both sensors, hardly does.
 /// gyro_delay : float
-///     How long in seconds the gyro lags behind the accelerometer, a property of the sensor; negative where it leads.
+///     How far in seconds the force is moved ahead, f - gyro_delay w x f: how much later the accelerometer's samples are than the
+///     frame that the gyro turns. A property of the sensor, found by ``find_gyro_delay``; half a sample period where the gyro's
+///     samples are instantaneous and not means over the interval. A self-calibrating filter learns the rest of it.
 /// calibration : array_like, shape (3, 3), optional
 ///     M at the start of a self-calibrating filter, from ``AttitudeEstimate.calibration`` of an earlier run.
 /// rest_time, rest_rate, rest_force, rest_drift : float
@@ -106,10 +110,10 @@ pub(crate) struct GravityFilter {
     acc_range: Option<f64>,
 }
 
+const SELF_CALIBRATING: &str = "self-calibrating gravity filter";
 const TAU: f64 = 3.0;
 const ZETA: f64 = 0.5;
 const TAU_SELF_CALIBRATING: f64 = 5.0;
-const ZETA_SELF_CALIBRATING: f64 = 0.43;
 
 impl GravityFilter {
     fn design<T: Scalar, const N: usize>(&self) -> Result<Split<T, N>, compfilt_core::Error> {
@@ -149,7 +153,7 @@ impl GravityFilter {
         &self,
         hold: f64,
     ) -> Result<SelfCalibratingFilter<T>, compfilt_core::Error> {
-        let zeta = T::literal(self.zeta.unwrap_or(0.5));
+        let zeta = T::literal(self.zeta.unwrap_or(ZETA));
         let filter = SelfCalibratingFilter::new(T::literal(self.tau), zeta)?
             .rest(self.rest()?)
             .heading(HeadingRule::new(T::literal(self.heading_tau))?)
@@ -158,7 +162,11 @@ impl GravityFilter {
         self.acc_range.map_or(Ok(filter), |range| filter.force_range(T::literal(range)))
     }
 
-    fn bind_calibrating<T: Scalar>(&self, hold: f64, fs: Option<f64>) -> PyResult<Session<T>> {
+    fn self_calibrating_filter<T: Scalar>(
+        &self,
+        hold: f64,
+        fs: Option<f64>,
+    ) -> PyResult<SelfCalibrating<T>> {
         let filter = self.calibrating::<T>(hold).map_err(renamed)?;
         let matrix = self.calibration.unwrap_or_default();
         let matrix = Matrix3::from_fn(|row, column| T::literal(matrix[row][column]));
@@ -166,17 +174,29 @@ impl GravityFilter {
             fs.map(|fs| Dt::from_rate(T::literal(fs))).transpose().map_err(value_error)?;
         let dt = Dt::new(T::zero()).map_err(value_error)?;
         let state = SelfCalibrationState::new().calibrated(matrix);
-        let runner = Box::new(SelfCalibrating { filter, matrix, sampled, dt, state });
-        Ok(Session { runner, fs, time: None, kind: "self-calibrating gravity filter".to_owned() })
+        Ok(SelfCalibrating { filter, matrix, sampled, dt, state })
     }
 
-    fn bind<T: Scalar, const N: usize>(&self, hold: f64, fs: Option<f64>) -> PyResult<Session<T>> {
+    fn bind_calibrating<T: Scalar>(&self, hold: f64, fs: Option<f64>) -> PyResult<Session<T>> {
+        let runner = Box::new(self.self_calibrating_filter::<T>(hold, fs)?);
+        Ok(Session { runner, fs, time: None, kind: SELF_CALIBRATING.to_owned() })
+    }
+
+    fn plain_filter<T: Scalar, const N: usize>(
+        &self,
+        hold: f64,
+        fs: Option<f64>,
+    ) -> PyResult<Plain<T, N>> {
         let filter = self.core::<T, N>(hold).map_err(renamed)?;
         let design = *filter.design();
         let sampled = fs.map(|fs| sampled_gains::<T, _, N>(&design, fs)).transpose()?;
         let zero = Dt::new(T::zero()).map_err(value_error)?;
         let gains = sampled.unwrap_or_else(|| design.gains(zero));
-        let runner = Box::new(Plain { filter, sampled, gains, state: GravityState::new() });
+        Ok(Plain { filter, sampled, gains, state: GravityState::new() })
+    }
+
+    fn bind<T: Scalar, const N: usize>(&self, hold: f64, fs: Option<f64>) -> PyResult<Session<T>> {
+        let runner = Box::new(self.plain_filter::<T, N>(hold, fs)?);
         Ok(Session { runner, fs, time: None, kind: format!("gravity filter of order {N}") })
     }
 
@@ -267,8 +287,7 @@ impl GravityFilter {
                 "calibration must be nine numbers below 0.5: parts of the rate",
             ));
         }
-        let usual = if self_calibrating { ZETA_SELF_CALIBRATING } else { ZETA };
-        let zeta = (order == 2).then(|| zeta.unwrap_or(usual));
+        let zeta = (order == 2).then(|| zeta.unwrap_or(ZETA));
         let filter = Self {
             tau,
             order,
@@ -338,6 +357,77 @@ impl GravityFilter {
         let signals = Signals::new(gyr, acc, mag, t)?;
         let session = |precision| self.session(precision, hold, fs);
         estimate(py, session, &signals, fs, initial, handling)
+    }
+
+    /// The offline, zero-phase answer: better than ``estimate``, but it needs the whole log.
+    ///
+    /// A self-calibrating forward pass finds bias, sensitivity and delay; a strapdown with these averages the force in the gyro's
+    /// frame; a second-order low-pass smooths that forward and backward. The heading is the gyro's, or follows the magnetometer
+    /// as online. Bias and sensitivity are those at the end of the log: cut a log over which they change.
+    ///
+    /// Parameters
+    /// ----------
+    /// gyr, acc, fs, t, mag, missing, hold, backwards
+    ///     As in ``estimate``. The arithmetic is in float64.
+    ///
+    /// Returns
+    /// -------
+    /// AttitudeEstimate
+    ///     ``flags``, ``at_rest`` and ``state`` are the forward pass's, ``gyro_bias`` is constant.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np
+    /// >>> import compfilt as cf
+    /// >>> acc = np.tile([0.0, 6.94, 6.94], (300, 1)) + np.random.default_rng(0).normal(size=(300, 3))
+    /// >>> cf.GravityFilter().smooth(np.zeros((300, 3)), acc, fs=100.0).up[0].round(1) + 0.0
+    /// array([0. , 0.7, 0.7])
+    #[pyo3(signature = (gyr, acc, *, fs=None, t=None, mag=None, missing="coast", hold=0.1, backwards="raise"))]
+    #[allow(clippy::too_many_arguments)]
+    fn smooth<'py>(
+        &self,
+        py: Python<'py>,
+        gyr: &Object<'py, PyAny>,
+        acc: &Object<'py, PyAny>,
+        fs: Option<f64>,
+        t: Option<&Object<'py, PyAny>>,
+        mag: Option<&Object<'py, PyAny>>,
+        missing: &str,
+        hold: f64,
+        backwards: &str,
+    ) -> PyResult<AttitudeEstimate> {
+        let handling = handling(missing, backwards, 1)?;
+        let signals = Signals::new(gyr, acc, mag, t)?;
+        let tau = if self.self_calibrating { self.tau } else { TAU_SELF_CALIBRATING };
+        let learning = Self { tau, self_calibrating: true, zeta: Some(ZETA), ..self.clone() };
+        let mut filter = learning.self_calibrating_filter::<f64>(hold, fs)?;
+        let heading = HeadingRule::new(self.heading_tau).map_err(renamed)?;
+        let smoother = Smoother::new(tau).map_err(renamed)?;
+        let offline = Offline { smoother, heading, delay: self.gyro_delay, hold };
+        let work = |block: Block<'_, f64>| smooth(&mut filter, &offline, block);
+        let (mut arrays, time) = fill(py, &signals, handling, fs, None, work)?;
+        arrays.calibration = Some(rows(py, &filter.state.matrix));
+        let session =
+            Session { runner: Box::new(filter), fs, time, kind: SELF_CALIBRATING.to_owned() };
+        AttitudeEstimate::new(py, arrays, session.state())
+    }
+
+    /// Level 1 after every sample, (n, 3): what the search for the delay looks at.
+    #[pyo3(signature = (gyr, acc, *, fs))]
+    fn _velocity<'py>(
+        &self,
+        py: Python<'py>,
+        gyr: &Object<'py, PyAny>,
+        acc: &Object<'py, PyAny>,
+        fs: f64,
+    ) -> PyResult<Object<'py, PyArray2<f64>>> {
+        let handling = handling("coast", "raise", 1)?;
+        let signals = Signals::new(gyr, acc, None, None)?;
+        let mut filter = self.plain_filter::<f64, 2>(0.1, Some(fs))?;
+        let mut velocity = None;
+        let work = |block: Block<'_, f64>| velocity = Some(velocities(&mut filter, &block));
+        fill(py, &signals, handling, Some(fs), None, work)?;
+        Ok(PyArray2::from_owned_array(py, velocity.unwrap_or_default()))
     }
 
     /// A filter that carries its state: for samples and blocks as they come. Keywords as in ``estimate``, and dtype: float64 or

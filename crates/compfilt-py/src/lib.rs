@@ -31,6 +31,7 @@ mod estimate;
 mod first_order;
 mod gravity_batch;
 mod gravity_filter;
+mod gravity_offline;
 mod linear_filter;
 mod mahony;
 mod memory;

@@ -73,12 +73,19 @@ class Pipeline:
 
     def schema(self, log: pa.Schema) -> pa.Schema:
         """Return the columns of the result, given those of the log; the unit stands in each field's metadata."""
-        fields = [log.field(name) for name in self.recipe.output.keep]
+        fields = [self._kept(log.field(name)) for name in self.recipe.output.keep]
         for channel in self._channels:
             dtype = pa.uint8() if channel.unit is None else pa.from_numpy_dtype(np.dtype(self._dtype))
             metadata = None if channel.unit is None else {"unit": channel.unit.name}
             fields.append(pa.field(channel.name, dtype, metadata=metadata))
         return pa.schema(fields)
+
+    def _kept(self, field: Any) -> Any:  # noqa: ANN401 - a field of any type
+        """Return the field of a column that is carried along: as it is, but the recipe knows the unit of the time."""
+        clock = self.recipe.clock
+        if clock.unit is None or field.name != clock.column:
+            return field
+        return field.with_metadata({**(field.metadata or {}), "unit": clock.unit.name})
 
     def process(self, batch: pa.RecordBatch) -> pa.RecordBatch:
         """Filter the next rows of the log.

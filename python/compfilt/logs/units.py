@@ -1,7 +1,8 @@
 """Units by name, their dimension, and the factor to SI.
 
 The core knows SI only: s, rad, rad/s, m, m/s². Everything else is multiplied by one factor on the way in and divided by
-it on the way out. Angles count as a dimension of their own, so that a rate in Hz is not taken for a rate in rad/s.
+it on the way out. Angles count as a dimension of their own, so that a rate in Hz is not taken for a rate in rad/s, and so
+does the magnetic field, of which only the direction counts.
 """
 
 import difflib
@@ -16,6 +17,7 @@ __all__ = [
     "ANGULAR_RATE",
     "DIMENSIONLESS",
     "LENGTH",
+    "MAGNETIC_FIELD",
     "STANDARD_GRAVITY",
     "TIME",
     "VELOCITY",
@@ -35,7 +37,7 @@ class UnitError(ValueError):
 
 
 class Dimension(NamedTuple):
-    """Powers of metre, second and radian.
+    """Powers of metre, second, radian and tesla.
 
     Examples
     --------
@@ -48,13 +50,14 @@ class Dimension(NamedTuple):
     length: int
     time: int
     angle: int
+    field: int = 0
 
     def per_second(self, times: int) -> "Dimension":
         """Return the dimension of the derivative of that order."""
         return self._replace(time=self.time - times)
 
     def __str__(self) -> str:
-        powers = zip(("m", "s", "rad"), self, strict=True)
+        powers = zip(("m", "s", "rad", "T"), self, strict=True)
         formula = " ".join(f"{base}^{power}" for base, power in powers if power)
         return _NAMES.get(self, f"a quantity in {formula}")
 
@@ -68,6 +71,7 @@ ANGLE = Dimension(0, 0, 1)
 ANGULAR_RATE = ANGLE.per_second(1)
 ANGULAR_ACCELERATION = ANGLE.per_second(2)
 FREQUENCY = DIMENSIONLESS.per_second(1)
+MAGNETIC_FIELD = Dimension(0, 0, 0, 1)
 
 _NAMES = {
     DIMENSIONLESS: "a dimensionless number",
@@ -79,6 +83,7 @@ _NAMES = {
     ANGULAR_RATE: "an angular rate",
     ANGULAR_ACCELERATION: "an angular acceleration",
     FREQUENCY: "a frequency",
+    MAGNETIC_FIELD: "a magnetic field",
 }
 
 
@@ -146,6 +151,7 @@ _UNITS = {
         ANGULAR_ACCELERATION: {"rad/s^2": 1.0, "deg/s^2": _DEGREE},
         FREQUENCY: {"Hz": 1.0, "kHz": 1e3, "1/s": 1.0},
         DIMENSIONLESS.per_second(2): {"1/s^2": 1.0},
+        MAGNETIC_FIELD: {"T": 1.0, "mT": 1e-3, "uT": 1e-6, "nT": 1e-9, "gauss": 1e-4, "mgauss": 1e-7},
     }.items()
     for name, factor in units.items()
 }

@@ -46,8 +46,8 @@ pub struct GravityFilter<T, const N: usize> {
     start: T,
 }
 
-/// At the time `t` after the start the poles' geometric mean is at least this over `t`.
-const START: f64 = 2.0;
+/// At the time `t` after the start the filter is at least as fast as one with all poles at this over `t`.
+pub(super) const START: f64 = 2.0;
 
 impl<T: Real> GravityFilter<T, 2> {
     /// Order 2 with the time constant `tau` in seconds, `omega0 = √2/tau`, the damping ratio `zeta` and `split = 1`.
@@ -67,11 +67,13 @@ impl<T: Real, const N: usize> GravityFilter<T, N> {
     /// # Errors
     /// The speed of the design's poles is not representable.
     pub fn new(design: Split<T, N>) -> Result<Self, Error> {
-        // The geometric mean of the poles: k_N is their product.
+        // The poles' mean and geometric mean: k_1 is their sum, k_N their product.
         #[allow(clippy::cast_precision_loss)] // The order is a small number.
         let order = T::literal(N as f64);
+        let mean = design.coefficients().first().copied().unwrap_or(T::one()) / order;
         let product = design.coefficients().last().copied().unwrap_or(T::one());
-        let speed = positive("design", product.powf(T::one() / order))?;
+        let geometric_mean = positive("design", product.powf(T::one() / order))?;
+        let speed = if mean < geometric_mean { mean } else { geometric_mean };
         Ok(Self {
             design,
             rest: RestRule::default(),
@@ -97,7 +99,8 @@ impl<T: Real, const N: usize> GravityFilter<T, N> {
         Self { heading, ..self }
     }
 
-    /// How long in s the gyro lags behind the accelerometer; negative where it leads. A property of the sensor.
+    /// How far in s the specific force is moved ahead, `f - delay ω × f`: how much later the accelerometer's samples are than the
+    /// frame that the gyro turns. A property of the sensor; half a sample period where the gyro's samples are instantaneous.
     ///
     /// # Errors
     /// `delay` is not finite.
@@ -215,7 +218,7 @@ impl<T: Real, const N: usize> GravityFilter<T, N> {
         state.since_correction = T::zero();
         // While the time since the start is short, so is the memory.
         let gains = if state.age < self.start {
-            let faster = self.design.faster(self.start / state.age);
+            let faster = self.design.at_least(T::literal(START) / state.age);
             Dt::new(counted).map_or(*gains, |dt| faster.gains(dt))
         } else if counted == gains.dt() {
             *gains

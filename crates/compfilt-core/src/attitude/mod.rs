@@ -6,6 +6,7 @@
 //! | `held_rate` | a gyro's rate that is held where it is missing |
 //! | `gravity_filter` | the vertical as a linear low-pass in the frame that the gyro turns |
 //! | `self_calibration` | the same with the gyro's bias and sensitivity learnt from the motion |
+//! | `smoother` | the offline answer: a strapdown with a known calibration, smoothed forward and backward |
 //! | `rest` | whether the body is at rest, and the gyro's bias while it is |
 //! | `heading` | the heading by a magnetometer |
 //! | `mahony` | Mahony's explicit, passive and direct filters |
@@ -17,6 +18,7 @@ mod mahony;
 mod rest;
 mod rotation;
 mod self_calibration;
+mod smoother;
 
 pub use gravity_filter::{GravityFilter, GravityState};
 pub use heading::{Heading, HeadingRule};
@@ -25,3 +27,6 @@ pub use mahony::{Mahony, MahonyForm, MahonyState, Observation};
 pub use rest::{Rest, RestRule};
 pub use rotation::Rotation;
 pub use self_calibration::{Block, SelfCalibratingFilter, SelfCalibrationState, Slope};
+pub use smoother::{
+    Calibration, SmoothedAttitude, Smoother, SmootherBlock, Strapdown, StrapdownState,
+};

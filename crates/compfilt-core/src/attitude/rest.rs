@@ -67,6 +67,10 @@ impl<T: Real> RestRule<T> {
         bias_memory
     }
 
+    pub(super) fn largest_bias(&self) -> T {
+        self.bias_limit
+    }
+
     /// A sample after `dt` seconds; whether the body rests. Only with both sensors there; see [`Rest::disturb`].
     pub(super) fn update(
         &self,

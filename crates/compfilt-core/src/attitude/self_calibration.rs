@@ -1,4 +1,4 @@
-//! A gravity filter that learns the gyro's bias and sensitivity from the motion.
+//! A gravity filter that learns the gyro's bias and sensitivity, and the delay between the sensors, from the motion.
 
 use super::heading::{Heading, HeadingRule};
 use super::held_rate::HeldRate;
@@ -9,10 +9,10 @@ use crate::linear::Flags;
 use crate::{Dt, Error, Real, Rule};
 use nalgebra::{ComplexField, Matrix3, Vector3};
 
-/// What is learnt: the gyro's bias, then its sensitivity errors row by row.
-const PARAMETERS: usize = 12;
+/// What is learnt: the gyro's bias, its sensitivity errors row by row, the delay between both sensors.
+const PARAMETERS: usize = 13;
 
-/// The gravity filter with integral action on the gyro's bias and on a matrix of sensitivity errors.
+/// The gravity filter with integral action on the gyro's bias, on a matrix of sensitivity errors, and on the delay.
 ///
 /// ```text
 /// ω_c = ω - b - M ω       turns body and estimate every sample
@@ -20,7 +20,7 @@ const PARAMETERS: usize = 12;
 /// ```
 ///
 /// `f̄` is the block's mean force and `m` the low-passed one: the second-order filter in velocity form. The sensitivities of
-/// `m` and `v` to the twelve parameters go through the same recurrence, and each parameter moves along its own by the
+/// `m` and `v` to the thirteen parameters go through the same recurrence, and each parameter moves along its own by the
 /// information about it so far; a prior holds those that the motion does not show. At rest the bias follows the gyro. `b` and
 /// the symmetric part of `M` converge; its skew part, a misalignment of gyro and accelerometer, hardly does.
 ///
@@ -28,7 +28,7 @@ const PARAMETERS: usize = 12;
 /// use compfilt_core::Dt;
 /// use compfilt_core::attitude::{SelfCalibratingFilter, SelfCalibrationState};
 /// use compfilt_core::nalgebra::Vector3;
-/// let filter = SelfCalibratingFilter::<f32>::new(5.0, 0.43)?;
+/// let filter = SelfCalibratingFilter::<f32>::new(5.0, 0.5)?;
 /// let mut state = SelfCalibrationState::new();
 /// filter.update(Dt::new(0.01)?, &mut state, &Vector3::zeros(), &Vector3::new(0.0, 0.0, 9.81), None);
 /// assert_eq!(state.up(), Some(Vector3::z()));
@@ -45,8 +45,12 @@ pub struct SelfCalibratingFilter<T> {
     gap: T,
     force_range: Option<T>,
     block: T,
-    /// Prior standard deviations of the bias in rad/s and of the matrix.
-    prior: [T; 2],
+    /// Prior standard deviations of the bias in rad/s, of the matrix, and of the delay in s.
+    prior: [T; 3],
+    /// What they may be at most.
+    limits: [T; 3],
+    /// How fast knowledge of the bias gets old, in rad/s per √s.
+    bias_walk: T,
     /// The variance density that the velocity's innovations are taken to have.
     noise: T,
     /// Seconds after the start from which on parameters are learnt.
@@ -60,6 +64,7 @@ impl<T: Real> SelfCalibratingFilter<T> {
     /// `tau` or `zeta` is not positive and finite.
     pub fn new(tau: T, zeta: T) -> Result<Self, Error> {
         let t = T::literal;
+        let degree = T::pi() / t(180.0);
         Ok(Self {
             omega0: positive("tau", t(2.0).sqrt() / positive("tau", tau)?)?,
             zeta: positive("zeta", zeta)?,
@@ -69,9 +74,11 @@ impl<T: Real> SelfCalibratingFilter<T> {
             hold: t(0.1),
             gap: T::one(),
             force_range: None,
-            block: t(0.112),
-            prior: [t(0.5) * T::pi() / t(180.0), t(0.006)],
-            noise: t(1.5),
+            block: t(0.1),
+            prior: [degree, t(0.006), t(0.010)],
+            limits: [t(2.0) * degree, t(0.05), t(0.020)],
+            bias_walk: t(0.01) * degree,
+            noise: T::one(),
             learn_after: t(3.0),
         })
     }
@@ -88,7 +95,7 @@ impl<T: Real> SelfCalibratingFilter<T> {
         Self { heading, ..self }
     }
 
-    /// How long in s the gyro lags behind the accelerometer; negative where it leads. A property of the sensor.
+    /// The delay in s at the start, as in [`GravityFilter::delay`](super::GravityFilter::delay).
     ///
     /// # Errors
     /// `delay` is not finite.
@@ -120,15 +127,14 @@ impl<T: Real> SelfCalibratingFilter<T> {
         Ok(Self { force_range: Some(positive("force_range", force_range)?), ..self })
     }
 
-    /// The prior standard deviations: of the bias in rad/s, and of the elements of the matrix.
+    /// The prior standard deviations: of the bias in rad/s, of the elements of the matrix, and of the delay in s.
     ///
     /// # Errors
     /// One of them is not positive and finite.
-    pub fn prior(self, bias: T, matrix: T) -> Result<Self, Error> {
-        Ok(Self {
-            prior: [positive("bias_prior", bias)?, positive("matrix_prior", matrix)?],
-            ..self
-        })
+    pub fn prior(self, bias: T, matrix: T, delay: T) -> Result<Self, Error> {
+        let bias = positive("bias_prior", bias)?;
+        let prior = [bias, positive("matrix_prior", matrix)?, positive("delay_prior", delay)?];
+        Ok(Self { prior, ..self })
     }
 
     /// One sample after the time `dt`: `gyro` in rad/s, `specific_force` in m/s², `magnetic_field` of any length, body axes.
@@ -174,7 +180,7 @@ impl<T: Real> SelfCalibratingFilter<T> {
         }
         state.resting = resting;
         if state.started {
-            let force = there.then(|| specific_force - rate.cross(specific_force) * self.delay);
+            let force = there.then_some(specific_force);
             state.block.add(&state.frame, &rate, force, dt);
             // Half a sample short is nearer than half a sample long.
             if state.block.time + dt * T::literal(0.5) >= self.block {
@@ -195,17 +201,22 @@ impl<T: Real> SelfCalibratingFilter<T> {
     fn finish(&self, state: &mut SelfCalibrationState<T>) {
         let block = core::mem::replace(&mut state.block, Block::new());
         let time = block.time;
-        let Some(force) = block.mean_force() else { return };
+        let Some((force, ahead)) = block.means() else { return };
+        let force = force + ahead * (self.delay + state.delay);
         if !state.settled {
             state.settled = true;
             state.mean = force;
             return;
         }
         state.velocity += (force - state.mean) * time;
-        for (slope, turned) in state.slopes.iter_mut().zip(block.turned) {
+        let still = [Vector3::zeros()];
+        for (slope, turned) in state.slopes.iter_mut().zip(block.turned.iter().chain(&still)) {
             let change = turned.cross(&state.mean);
             slope.velocity -= (slope.mean + change * T::literal(0.5)) * time;
             slope.mean += change;
+        }
+        if let Some(delay) = state.slopes.last_mut() {
+            delay.velocity += ahead * time;
         }
         if !state.resting && state.age > self.learn_after {
             self.learn(state, time);
@@ -215,37 +226,42 @@ impl<T: Real> SelfCalibratingFilter<T> {
 
     /// Moves every parameter along its sensitivity, by the information about it.
     fn learn(&self, state: &mut SelfCalibrationState<T>, time: T) {
-        for index in 0..PARAMETERS {
-            let prior = if index < 3 { self.prior[0] } else { self.prior[1] };
-            let Slope { velocity, mean, information } = state.slopes[index];
-            let information = information + velocity.norm_squared() * time / self.noise;
-            let total = information + T::one() / (prior * prior);
-            let change = -velocity.dot(&state.velocity) * time / (self.noise * total);
-            state.slopes[index].information = information;
-            match index.checked_sub(3) {
-                None => state.rest.bias[index] += change,
-                Some(element) => state.matrix[(element / 3, element % 3)] += change,
-            }
-            state.mean += mean * change;
-            state.velocity += velocity * change;
+        let SelfCalibrationState { rest, matrix, delay, slopes, mean, velocity, .. } = state;
+        let [prior_bias, prior_matrix, prior_delay] = self.prior;
+        let [_, limit_matrix, limit_delay] = self.limits;
+        let limit_bias = self.rest.largest_bias();
+        let kinds = |count, prior, limit, walk| core::iter::repeat_n((prior, limit, walk), count);
+        let kinds = kinds(3, prior_bias, limit_bias, self.bias_walk)
+            .chain(kinds(9, prior_matrix, limit_matrix, T::zero()))
+            .chain(kinds(1, prior_delay, limit_delay, T::zero()));
+        // The matrix is stored column by column and learnt row by row.
+        let mut rows = matrix.transpose();
+        let parameters = rest.bias.iter_mut().chain(rows.iter_mut()).chain([delay]);
+        for ((parameter, slope), (prior, limit, walk)) in parameters.zip(slopes).zip(kinds) {
+            let gathered = slope.information + T::one() / (prior * prior);
+            let gathered = gathered / (T::one() + gathered * walk * walk * time);
+            let total = gathered + slope.velocity.norm_squared() * time / self.noise;
+            slope.information = total - T::one() / (prior * prior);
+            let wanted = *parameter - slope.velocity.dot(velocity) * time / (self.noise * total);
+            let change = wanted.clamp(-limit, limit) - *parameter;
+            *parameter += change;
+            *mean += slope.mean * change;
+            *velocity += slope.velocity * change;
         }
+        *matrix = rows.transpose();
     }
 
     /// The second-order filter's own motion, for itself and for its sensitivities.
     fn step(&self, state: &mut SelfCalibrationState<T>, time: T) {
         let t = T::literal;
-        let mut stiffness = self.omega0 * self.omega0;
+        let larger = |one: T, other: T| if one > other { one } else { other };
         // Fast at the start, but never faster than the block can carry.
-        let early = t(2.25) / (state.age * state.age);
-        if early > stiffness {
-            stiffness = early;
-        }
+        let early = t(3.0) / state.age;
+        let damping = larger(t(2.0) * self.zeta * self.omega0, early);
+        let stiffness = larger(self.omega0 * self.omega0, early / state.age);
         let most = (t(0.3) / time) * (t(0.3) / time);
-        if stiffness > most {
-            stiffness = most;
-        }
-        let damping = t(2.0) * self.zeta * self.omega0 * time;
-        let kept = T::one() / (T::one() + damping);
+        let stiffness = if stiffness > most { most } else { stiffness };
+        let kept = T::one() / (T::one() + damping * time);
         state.mean += state.velocity * (stiffness * time);
         state.velocity *= kept;
         for slope in &mut state.slopes {
@@ -262,7 +278,7 @@ pub struct Slope<T> {
     pub mean: Vector3<T>,
     /// The derivative of its velocity.
     pub velocity: Vector3<T>,
-    /// The information gathered so far, without the prior.
+    /// The information gathered so far, beside the prior's.
     pub information: T,
 }
 
@@ -271,10 +287,12 @@ pub struct Slope<T> {
 pub struct Block<T> {
     /// The force in the gyro's frame, times time.
     pub force: Vector3<T>,
+    /// What it would be more by for each second that it is moved ahead, times time.
+    pub ahead: Vector3<T>,
     /// How long there was a force.
     pub force_time: T,
     /// How the frame turns with each parameter.
-    pub turned: [Vector3<T>; PARAMETERS],
+    pub turned: [Vector3<T>; 12],
     /// Seconds.
     pub time: T,
 }
@@ -282,13 +300,20 @@ pub struct Block<T> {
 impl<T: Real> Block<T> {
     fn new() -> Self {
         let zero = Vector3::zeros();
-        Self { force: zero, force_time: T::zero(), turned: [zero; PARAMETERS], time: T::zero() }
+        Self {
+            force: zero,
+            ahead: zero,
+            force_time: T::zero(),
+            turned: [zero; 12],
+            time: T::zero(),
+        }
     }
 
-    fn add(&mut self, frame: &Rotation<T>, rate: &Vector3<T>, force: Option<Vector3<T>>, dt: T) {
+    fn add(&mut self, frame: &Rotation<T>, rate: &Vector3<T>, force: Option<&Vector3<T>>, dt: T) {
         let axes = frame.matrix() * dt;
         if let Some(force) = force {
             self.force += axes * force;
+            self.ahead -= axes * rate.cross(force);
             self.force_time += dt;
         }
         let (bias, matrix) = self.turned.split_at_mut(3);
@@ -301,8 +326,10 @@ impl<T: Real> Block<T> {
         self.time += dt;
     }
 
-    fn mean_force(&self) -> Option<Vector3<T>> {
-        (self.force_time > T::zero()).then(|| self.force / self.force_time)
+    /// The mean force, and what it gains for each second that it is moved ahead.
+    fn means(&self) -> Option<(Vector3<T>, Vector3<T>)> {
+        let time = self.force_time;
+        (time > T::zero()).then(|| (self.force / time, self.ahead / time))
     }
 }
 
@@ -319,9 +346,11 @@ pub struct SelfCalibrationState<T> {
     pub rotation: Rotation<T>,
     /// The sensitivity errors `M`: the gyro reads `M ω` too much.
     pub matrix: Matrix3<T>,
+    /// What was learnt of the delay in s, to be added to the filter's.
+    pub delay: T,
     /// Rest, and the gyro's bias.
     pub rest: Rest<T>,
-    /// The sensitivities to the parameters: three of the bias, nine of the matrix row by row.
+    /// The sensitivities to the parameters: three of the bias, nine of the matrix row by row, the delay.
     pub slopes: [Slope<T>; PARAMETERS],
     /// The block under way.
     pub block: Block<T>,
@@ -349,6 +378,7 @@ impl<T: Real> SelfCalibrationState<T> {
             velocity: zero,
             rotation: Rotation::identity(),
             matrix: Matrix3::zeros(),
+            delay: T::zero(),
             rest: Rest::new(),
             slopes: [Slope { mean: zero, velocity: zero, information: T::zero() }; PARAMETERS],
             block: Block::new(),
@@ -397,6 +427,7 @@ impl<T: Real> SelfCalibrationState<T> {
         *self = Self {
             rotation: self.rotation,
             matrix: self.matrix,
+            delay: self.delay,
             rest: self.rest,
             rate: self.rate,
             heading: self.heading,

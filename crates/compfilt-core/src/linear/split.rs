@@ -46,13 +46,24 @@ impl<T: Real, const N: usize> Split<T, N> {
         &self.coefficients
     }
 
-    /// The same filter with all poles `factor` times as fast.
-    pub(crate) fn faster(&self, factor: T) -> Self {
+    /// The same filter, but at least as fast as one with all poles at `-speed`: for the start. Up to order 2 the larger of each
+    /// coefficient, above that one of both.
+    pub(crate) fn at_least(&self, speed: T) -> Self {
+        // (s + speed)^N
         let mut power = T::one();
-        let coefficients = self.coefficients.map(|k| {
-            power *= factor;
-            k * power
+        let critical: [T; N] = core::array::from_fn(|i| {
+            #[allow(clippy::cast_precision_loss)] // The order is a small number.
+            let factor = (N - i) as f64 / (i + 1) as f64;
+            power *= speed * T::literal(factor);
+            power
         });
+        let slower = self.coefficients.last() < critical.last();
+        let mut coefficients = self.coefficients;
+        for (own, critical) in coefficients.iter_mut().zip(critical) {
+            if if N > 2 { slower } else { *own < critical } {
+                *own = critical;
+            }
+        }
         Self { coefficients, ..*self }
     }
 

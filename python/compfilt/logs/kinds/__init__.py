@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 
 from compfilt.logs import designs
 from compfilt.logs.kinds.array import parse_array
+from compfilt.logs.kinds.attitude import parse_attitude
 from compfilt.logs.kinds.base import Filter
 from compfilt.logs.kinds.cube import parse_cube
 from compfilt.logs.kinds.linear import parse_linear
@@ -17,5 +18,6 @@ KINDS: Mapping[str, Callable[[Table, Table], Filter]] = {
     "tilt": parse_tilt,
     "cube": parse_cube,
     "array": parse_array,
+    "attitude": parse_attitude,
 }
 """For each kind, what reads its part of the tables [log] and [filter]."""
