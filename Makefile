@@ -59,7 +59,7 @@ format: $(PACKAGES) ## Format everything
 bench: bench-rust bench-python ## All benches
 
 bench-rust: ## Latency per sample of every filter (Criterion)
-	cargo bench --locked --package compfilt-core --bench latency --bench sensors
+	cargo bench --locked --package compfilt-core --bench latency --bench sensors --bench attitude
 
 bench-python: $(EXTENSION) ## Throughput against numpy.add, scipy and numba in one run
 	$(BIN)/python -m pip install --quiet --requirement requirements/bench.txt

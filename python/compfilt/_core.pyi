@@ -353,6 +353,7 @@ class GravityFilter:
         zeta: float | None = None,
         self_calibrating: bool = False,
         gyro_delay: float = 0.0,
+        advance: float = 0.0,
         calibration: ArrayLike | None = None,
         rest_time: float = 1.5,
         rest_rate: float = ...,
@@ -374,6 +375,8 @@ class GravityFilter:
     def self_calibrating(self) -> bool: ...
     @property
     def calibration(self) -> list[list[float]] | None: ...
+    @property
+    def advance(self) -> float: ...
     @property
     def gyro_delay(self) -> float: ...
     @property

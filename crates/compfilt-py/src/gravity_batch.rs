@@ -35,8 +35,9 @@ impl<T: Scalar, const N: usize> Filter<T> for Plain<T, N> {
     }
 
     fn output(&self) -> Option<Output<T>> {
-        let GravityState { rotation, rest, resting, .. } = self.state;
-        self.state.up().map(|up| Output { rotation, up, bias: rest.bias, at_rest: resting })
+        let GravityState { rest, resting, .. } = self.state;
+        let (rotation, up) = self.filter.attitude(&self.state)?;
+        Some(Output { rotation, up, bias: rest.bias, at_rest: resting })
     }
 
     fn store(&self) -> Numbers {
@@ -113,8 +114,9 @@ impl<T: Scalar> Filter<T> for SelfCalibrating<T> {
     }
 
     fn output(&self) -> Option<Output<T>> {
-        let SelfCalibrationState { rotation, rest, resting, .. } = self.state;
-        self.state.up().map(|up| Output { rotation, up, bias: rest.bias, at_rest: resting })
+        let SelfCalibrationState { rest, resting, .. } = self.state;
+        let (rotation, up) = self.filter.attitude(&self.state)?;
+        Some(Output { rotation, up, bias: rest.bias, at_rest: resting })
     }
 
     fn calibration(&self) -> Option<Matrix3<T>> {

@@ -48,6 +48,8 @@ use pyo3::{Bound as Object, IntoPyObject};
 ///     How far in seconds the force is moved ahead, f - gyro_delay w x f: how much later the accelerometer's samples are than the
 ///     frame that the gyro turns. A property of the sensor, found by ``find_gyro_delay``; half a sample period where the gyro's
 ///     samples are instantaneous and not means over the interval. A self-calibrating filter learns the rest of it.
+/// advance : float
+///     How far in seconds the attitude is turned ahead by the last rate: the time that the sensors and the computation take.
 /// calibration : array_like, shape (3, 3), optional
 ///     M at the start of a self-calibrating filter, from ``AttitudeEstimate.calibration`` of an earlier run.
 /// rest_time, rest_rate, rest_force, rest_drift : float
@@ -91,6 +93,9 @@ pub(crate) struct GravityFilter {
     self_calibrating: bool,
     #[pyo3(get)]
     gyro_delay: f64,
+    /// How far the attitude is turned ahead, in s.
+    #[pyo3(get)]
+    advance: f64,
     /// The gyro's sensitivity errors at the start, or None.
     #[pyo3(get)]
     calibration: Option<[[f64; 3]; 3]>,
@@ -145,6 +150,7 @@ impl GravityFilter {
             .rest(self.rest()?)
             .heading(HeadingRule::new(T::literal(self.heading_tau))?)
             .delay(T::literal(self.gyro_delay))?
+            .advance(T::literal(self.advance))?
             .hold(T::literal(hold))?;
         self.acc_range.map_or(Ok(filter), |range| filter.force_range(T::literal(range)))
     }
@@ -158,6 +164,7 @@ impl GravityFilter {
             .rest(self.rest()?)
             .heading(HeadingRule::new(T::literal(self.heading_tau))?)
             .delay(T::literal(self.gyro_delay))?
+            .advance(T::literal(self.advance))?
             .hold(T::literal(hold))?;
         self.acc_range.map_or(Ok(filter), |range| filter.force_range(T::literal(range)))
     }
@@ -242,7 +249,7 @@ fn renamed(error: compfilt_core::Error) -> pyo3::PyErr {
 impl GravityFilter {
     #[new]
     #[pyo3(signature = (
-        tau=None, *, order=2, split=1, zeta=None, self_calibrating=false, gyro_delay=0.0, calibration=None, rest_time=1.5, rest_rate=0.034_906_585_039_886_59,
+        tau=None, *, order=2, split=1, zeta=None, self_calibrating=false, gyro_delay=0.0, advance=0.0, calibration=None, rest_time=1.5, rest_rate=0.034_906_585_039_886_59,
         rest_force=0.5, rest_drift=0.1, bias_limit=0.034_906_585_039_886_59, heading_tau=10.0, acc_range=None
     ))]
     #[allow(clippy::too_many_arguments)]
@@ -253,6 +260,7 @@ impl GravityFilter {
         zeta: Option<f64>,
         self_calibrating: bool,
         gyro_delay: f64,
+        advance: f64,
         calibration: Option<[[f64; 3]; 3]>,
         rest_time: f64,
         rest_rate: f64,
@@ -295,6 +303,7 @@ impl GravityFilter {
             zeta,
             self_calibrating,
             gyro_delay: gyro_delay + 0.0,
+            advance: advance + 0.0,
             calibration,
             rest_time,
             rest_rate,
@@ -469,6 +478,7 @@ impl GravityFilter {
         keywords.set_item("zeta", self.zeta)?;
         keywords.set_item("self_calibrating", self.self_calibrating)?;
         keywords.set_item("gyro_delay", self.gyro_delay)?;
+        keywords.set_item("advance", self.advance)?;
         keywords.set_item("calibration", self.calibration)?;
         keywords.set_item("rest_time", self.rest_time)?;
         keywords.set_item("rest_rate", self.rest_rate)?;

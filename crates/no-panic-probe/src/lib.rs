@@ -1,6 +1,10 @@
 //! What runs per sample, linked without std: had any of it a way to panic or to allocate, the library would say so.
 #![no_std]
 
+use compfilt_core::attitude::{
+    GravityFilter, GravityState, Mahony, MahonyState, Observation, SelfCalibratingFilter,
+    SelfCalibrationState,
+};
 use compfilt_core::gravity::{Cube, CubeSample, Extraction, SensorWeights, mean_rate};
 use compfilt_core::linear::{Flags, RateGains, RateState, SplitGains};
 use compfilt_core::nalgebra::{Matrix3, SVector, Vector1, Vector2, Vector3};
@@ -64,4 +68,19 @@ probe! {
     probe_observer_predict(
         o: &Observer<f32, 3, 2, 1>, s: &mut ObserverState<f32, 3, 2, 1>, u: &Vector1<f32>
     ) -> Flags { o.predict(s, u) }
+    probe_mahony(
+        c: &Mahony<f32, 2>, g: &Gains<f32, 2, 1>, s: &mut MahonyState<f32>, w: &Vector3<f32>, f: &Vector3<f32>,
+        m: &Vector3<f32>
+    ) -> Flags { c.update(g, s, w, f, Some(m)) }
+    probe_observations(
+        c: &Mahony<f32, 2>, g: &Gains<f32, 2, 1>, s: &mut MahonyState<f32>, w: &Vector3<f32>, o: &[Observation<f32>; 4]
+    ) -> Flags { c.update_with(g, s, w, o) }
+    probe_gravity_filter(
+        c: &GravityFilter<f32, 2>, g: &SplitGains<f32, 2>, s: &mut GravityState<f32, 2>, w: &Vector3<f32>, f: &Vector3<f32>,
+        m: &Vector3<f32>
+    ) -> Flags { c.update(g, s, w, f, Some(m)) }
+    probe_self_calibration(
+        c: &SelfCalibratingFilter<f32>, dt: f32, s: &mut SelfCalibrationState<f32>, w: &Vector3<f32>, f: &Vector3<f32>,
+        m: &Vector3<f32>
+    ) -> Option<Flags> { Dt::new(dt).ok().map(|dt| c.update(dt, s, w, f, Some(m))) }
 }

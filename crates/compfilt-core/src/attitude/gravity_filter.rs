@@ -38,6 +38,7 @@ pub struct GravityFilter<T, const N: usize> {
     rest: RestRule<T>,
     heading: HeadingRule<T>,
     delay: T,
+    advance: T,
     hold: T,
     gap: T,
     cap: T,
@@ -79,6 +80,7 @@ impl<T: Real, const N: usize> GravityFilter<T, N> {
             rest: RestRule::default(),
             heading: HeadingRule::default(),
             delay: T::zero(),
+            advance: T::zero(),
             hold: T::literal(0.1),
             gap: T::one(),
             cap: T::literal(0.1),
@@ -109,6 +111,18 @@ impl<T: Real, const N: usize> GravityFilter<T, N> {
             Ok(Self { delay, ..self })
         } else {
             Err(Error::new("delay", Rule::Finite))
+        }
+    }
+
+    /// How far in s the attitude is turned ahead by the last rate: the time that the sensors and the computation take.
+    ///
+    /// # Errors
+    /// `advance` is not finite.
+    pub fn advance(self, advance: T) -> Result<Self, Error> {
+        if advance.is_finite() {
+            Ok(Self { advance, ..self })
+        } else {
+            Err(Error::new("advance", Rule::Finite))
         }
     }
 
@@ -143,6 +157,17 @@ impl<T: Real, const N: usize> GravityFilter<T, N> {
     /// `dt` is not positive and finite, or a gain vanishes in the scalar type.
     pub fn at(&self, dt: T) -> Result<SplitGains<T, N>, Error> {
         self.design.at(dt)
+    }
+
+    /// The attitude, from body to world, and the world's up in body axes, both turned ahead; `None` before the start.
+    pub fn attitude(&self, state: &GravityState<T, N>) -> Option<(Rotation<T>, Vector3<T>)> {
+        let up = state.up()?;
+        if self.advance == T::zero() {
+            return Some((state.rotation, up));
+        }
+        let rate = state.rate.value - state.rest.bias;
+        let turn = Rotation::of_turn(&(rate * self.advance));
+        Some((state.rotation.times(&turn).renormalised(), turn.to_body(&up)))
     }
 
     /// One sample with the `gains` of its time step: `gyro` in rad/s, `specific_force` in m/s², `magnetic_field` of any length,

@@ -41,6 +41,7 @@ pub struct SelfCalibratingFilter<T> {
     rest: RestRule<T>,
     heading: HeadingRule<T>,
     delay: T,
+    advance: T,
     hold: T,
     gap: T,
     force_range: Option<T>,
@@ -71,6 +72,7 @@ impl<T: Real> SelfCalibratingFilter<T> {
             rest: RestRule::default(),
             heading: HeadingRule::default(),
             delay: T::zero(),
+            advance: T::zero(),
             hold: t(0.1),
             gap: T::one(),
             force_range: None,
@@ -107,6 +109,18 @@ impl<T: Real> SelfCalibratingFilter<T> {
         }
     }
 
+    /// How far in s the attitude is turned ahead by the last rate: the time that the sensors and the computation take.
+    ///
+    /// # Errors
+    /// `advance` is not finite.
+    pub fn advance(self, advance: T) -> Result<Self, Error> {
+        if advance.is_finite() {
+            Ok(Self { advance, ..self })
+        } else {
+            Err(Error::new("advance", Rule::Finite))
+        }
+    }
+
     /// How long in s a missing gyro sample is bridged by the last one; 0.1 where it is not set.
     ///
     /// # Errors
@@ -135,6 +149,17 @@ impl<T: Real> SelfCalibratingFilter<T> {
         let bias = positive("bias_prior", bias)?;
         let prior = [bias, positive("matrix_prior", matrix)?, positive("delay_prior", delay)?];
         Ok(Self { prior, ..self })
+    }
+
+    /// The attitude, from body to world, and the world's up in body axes, both turned ahead; `None` before the start.
+    pub fn attitude(&self, state: &SelfCalibrationState<T>) -> Option<(Rotation<T>, Vector3<T>)> {
+        let up = state.up()?;
+        if self.advance == T::zero() {
+            return Some((state.rotation, up));
+        }
+        let rate = state.rate.value - state.rest.bias - state.matrix * state.rate.value;
+        let turn = Rotation::of_turn(&(rate * self.advance));
+        Some((state.rotation.times(&turn).renormalised(), turn.to_body(&up)))
     }
 
     /// One sample after the time `dt`: `gyro` in rad/s, `specific_force` in m/s², `magnetic_field` of any length, body axes.
