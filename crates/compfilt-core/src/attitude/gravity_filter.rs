@@ -4,9 +4,10 @@ use super::heading::{Heading, HeadingRule};
 use super::held_rate::HeldRate;
 use super::rest::{Rest, RestRule};
 use super::rotation::{Rotation, direction};
+use super::sensors::{Sensors, sensor_settings};
 use crate::error::positive;
 use crate::linear::{Flags, SplitGains};
-use crate::{Chain, Discretise, Dt, Error, Real, Recurrence, Rule, Split, State};
+use crate::{Chain, Discretise, Dt, Error, Real, Recurrence, Split, State};
 use nalgebra::Vector3;
 
 /// The vertical as a low-pass of the specific force in the frame that the gyro turns: a linear complementary filter on three
@@ -37,12 +38,8 @@ pub struct GravityFilter<T, const N: usize> {
     design: Split<T, N>,
     rest: RestRule<T>,
     heading: HeadingRule<T>,
-    delay: T,
-    advance: T,
-    hold: T,
-    gap: T,
+    sensors: Sensors<T>,
     cap: T,
-    force_range: Option<T>,
     /// How long in s the start lasts.
     start: T,
 }
@@ -79,72 +76,13 @@ impl<T: Real, const N: usize> GravityFilter<T, N> {
             design,
             rest: RestRule::default(),
             heading: HeadingRule::default(),
-            delay: T::zero(),
-            advance: T::zero(),
-            hold: T::literal(0.1),
-            gap: T::one(),
+            sensors: Sensors::new(),
             cap: T::literal(0.1),
-            force_range: None,
             start: T::literal(START) / speed,
         })
     }
 
-    /// When the body counts as resting.
-    #[must_use]
-    pub fn rest(self, rest: RestRule<T>) -> Self {
-        Self { rest, ..self }
-    }
-
-    /// How the heading follows the magnetometer.
-    #[must_use]
-    pub fn heading(self, heading: HeadingRule<T>) -> Self {
-        Self { heading, ..self }
-    }
-
-    /// How far in s the specific force is moved ahead, `f - delay ω × f`: how much later the accelerometer's samples are than the
-    /// frame that the gyro turns. A property of the sensor; half a sample period where the gyro's samples are instantaneous.
-    ///
-    /// # Errors
-    /// `delay` is not finite.
-    pub fn delay(self, delay: T) -> Result<Self, Error> {
-        if delay.is_finite() {
-            Ok(Self { delay, ..self })
-        } else {
-            Err(Error::new("delay", Rule::Finite))
-        }
-    }
-
-    /// How far in s the attitude is turned ahead by the last rate: the time that the sensors and the computation take.
-    ///
-    /// # Errors
-    /// `advance` is not finite.
-    pub fn advance(self, advance: T) -> Result<Self, Error> {
-        if advance.is_finite() {
-            Ok(Self { advance, ..self })
-        } else {
-            Err(Error::new("advance", Rule::Finite))
-        }
-    }
-
-    /// How long in s a missing gyro sample is bridged by the last one; 0.1 where it is not set.
-    ///
-    /// # Errors
-    /// `hold` is negative or not finite.
-    pub fn hold(self, hold: T) -> Result<Self, Error> {
-        if hold.is_finite() && hold >= T::zero() {
-            Ok(Self { hold, ..self })
-        } else {
-            Err(Error::new("hold", Rule::NotNegative))
-        }
-    }
-
-    /// The accelerometer's range in m/s²: a sample with a component at it or beyond it is clipped, and counts as missing.
-    ///
-    /// # Errors
-    /// `force_range` is not positive and finite.
-    pub fn force_range(self, force_range: T) -> Result<Self, Error> {
-        Ok(Self { force_range: Some(positive("force_range", force_range)?), ..self })
-    }
+    sensor_settings!();
 
     /// The linear design.
     pub fn design(&self) -> &Split<T, N> {
@@ -162,11 +100,11 @@ impl<T: Real, const N: usize> GravityFilter<T, N> {
     /// The attitude, from body to world, and the world's up in body axes, both turned ahead; `None` before the start.
     pub fn attitude(&self, state: &GravityState<T, N>) -> Option<(Rotation<T>, Vector3<T>)> {
         let up = state.up()?;
-        if self.advance == T::zero() {
+        if self.sensors.advance == T::zero() {
             return Some((state.rotation, up));
         }
         let rate = state.rate.value - state.rest.bias;
-        let turn = Rotation::of_turn(&(rate * self.advance));
+        let turn = Rotation::of_turn(&(rate * self.sensors.advance));
         Some((state.rotation.times(&turn).renormalised(), turn.to_body(&up)))
     }
 
@@ -181,19 +119,18 @@ impl<T: Real, const N: usize> GravityFilter<T, N> {
         magnetic_field: Option<&Vector3<T>>,
     ) -> Flags {
         let dt = gains.dt();
-        let (held, mut flags) = state.rate.take(gyro, dt, self.hold);
+        let (held, mut flags) = state.rate.take(gyro, dt, self.sensors.hold);
         // A gyro that has been missing for long stands still, whatever its bias is.
         let rate = if flags.contains(Flags::DERIVATIVE_MISSING) {
             Vector3::zeros()
         } else {
             held - state.rest.bias
         };
-        let there = direction(specific_force).is_some()
-            && !self.force_range.is_some_and(|range| specific_force.amax() >= range);
+        let there = self.sensors.is_there(specific_force);
         if !there {
             flags |= Flags::MEASUREMENT_MISSING;
         }
-        if dt > self.gap && state.started {
+        if dt > self.sensors.gap && state.started {
             state.renew();
             flags |= Flags::RESTARTED;
         }
@@ -206,7 +143,7 @@ impl<T: Real, const N: usize> GravityFilter<T, N> {
             state.age += dt;
             state.since_correction += dt;
             if there {
-                let force = specific_force - rate.cross(specific_force) * self.delay;
+                let force = specific_force - rate.cross(specific_force) * self.sensors.delay;
                 self.correct(gains, state, &force);
             }
         } else if there {

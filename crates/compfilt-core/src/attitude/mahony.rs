@@ -2,9 +2,10 @@
 
 use super::held_rate::HeldRate;
 use super::rotation::{Rotation, direction, horizontal};
+use super::sensors::Sensors;
 use crate::error::positive;
 use crate::linear::{Discretise, Flags, Gains, Recurrence};
-use crate::{Chain, Dt, Error, Real, Rule};
+use crate::{Chain, Dt, Error, Real};
 use nalgebra::Vector3;
 
 /// How the measured directions become an innovation, and where the gyro turns the estimate.
@@ -46,8 +47,7 @@ pub struct Mahony<T, const N: usize> {
     design: Chain<T, N, 1>,
     form: MahonyForm,
     bias_limit: T,
-    hold: T,
-    force_range: Option<T>,
+    sensors: Sensors<T>,
 }
 
 /// A direction that is measured in body axes and known in world axes. Lengths do not matter.
@@ -119,8 +119,7 @@ impl<T: Real, const N: usize> Mahony<T, N> {
     /// estimates the gyro's bias.
     pub fn new(design: Chain<T, N, 1>, form: MahonyForm) -> Self {
         const { assert!(N <= 2, "Mahony's filters have an attitude and a bias") };
-        let (bias_limit, hold) = (T::literal(0.1), T::literal(0.1));
-        Self { design, form, bias_limit, hold, force_range: None }
+        Self { design, form, bias_limit: T::literal(0.1), sensors: Sensors::new() }
     }
 
     /// The length in rad/s that the bias may have at most; 0.1 where it is not set.
@@ -136,11 +135,7 @@ impl<T: Real, const N: usize> Mahony<T, N> {
     /// # Errors
     /// `hold` is negative or not finite.
     pub fn hold(self, hold: T) -> Result<Self, Error> {
-        if hold.is_finite() && hold >= T::zero() {
-            Ok(Self { hold, ..self })
-        } else {
-            Err(Error::new("hold", Rule::NotNegative))
-        }
+        Ok(Self { sensors: self.sensors.hold(hold)?, ..self })
     }
 
     /// The accelerometer's range in m/s²: a sample with a component at it or beyond it is clipped, and counts as missing.
@@ -148,7 +143,7 @@ impl<T: Real, const N: usize> Mahony<T, N> {
     /// # Errors
     /// `force_range` is not positive and finite.
     pub fn force_range(self, force_range: T) -> Result<Self, Error> {
-        Ok(Self { force_range: Some(positive("force_range", force_range)?), ..self })
+        Ok(Self { sensors: self.sensors.force_range(force_range)?, ..self })
     }
 
     /// The linear design.
@@ -167,9 +162,9 @@ impl<T: Real, const N: usize> Mahony<T, N> {
         magnetic_field: Option<&Vector3<T>>,
     ) -> Flags {
         let dt = gains.dt();
-        let (rate, mut flags) = state.rate.take(gyro, dt, self.hold);
-        let clipped = self.force_range.is_some_and(|range| specific_force.amax() >= range);
-        let up = direction(specific_force).filter(|_| !clipped);
+        let (rate, mut flags) = state.rate.take(gyro, dt, self.sensors.hold);
+        let there = self.sensors.is_there(specific_force);
+        let up = direction(specific_force).filter(|_| there);
         if up.is_none() {
             flags |= Flags::MEASUREMENT_MISSING;
         }
@@ -202,7 +197,7 @@ impl<T: Real, const N: usize> Mahony<T, N> {
         observations: &[Observation<T>],
     ) -> Flags {
         let dt = gains.dt();
-        let (rate, mut flags) = state.rate.take(gyro, dt, self.hold);
+        let (rate, mut flags) = state.rate.take(gyro, dt, self.sensors.hold);
         if !state.started {
             return flags | Flags::NOT_STARTED;
         }

@@ -3,6 +3,7 @@
 //! | file | idea |
 //! | --- | --- |
 //! | `rotation` | unit quaternions, and turns without a trigonometric function |
+//! | `sensors` | what the gravity filters know of their sensors |
 //! | `held_rate` | a gyro's rate that is held where it is missing |
 //! | `gravity_filter` | the vertical as a linear low-pass in the frame that the gyro turns |
 //! | `self_calibration` | the same with the gyro's bias and sensitivity learnt from the motion |
@@ -18,6 +19,7 @@ mod mahony;
 mod rest;
 mod rotation;
 mod self_calibration;
+mod sensors;
 mod smoother;
 
 pub use gravity_filter::{GravityFilter, GravityState};

@@ -4,9 +4,10 @@ use super::heading::{Heading, HeadingRule};
 use super::held_rate::HeldRate;
 use super::rest::{Rest, RestRule};
 use super::rotation::{Rotation, direction};
+use super::sensors::{Sensors, sensor_settings};
 use crate::error::positive;
 use crate::linear::Flags;
-use crate::{Dt, Error, Real, Rule};
+use crate::{Dt, Error, Real};
 use nalgebra::{ComplexField, Matrix3, Vector3};
 
 /// What is learnt: the gyro's bias, its sensitivity errors row by row, the delay between both sensors.
@@ -40,11 +41,7 @@ pub struct SelfCalibratingFilter<T> {
     zeta: T,
     rest: RestRule<T>,
     heading: HeadingRule<T>,
-    delay: T,
-    advance: T,
-    hold: T,
-    gap: T,
-    force_range: Option<T>,
+    sensors: Sensors<T>,
     block: T,
     /// Prior standard deviations of the bias in rad/s, of the matrix, and of the delay in s.
     prior: [T; 3],
@@ -71,11 +68,7 @@ impl<T: Real> SelfCalibratingFilter<T> {
             zeta: positive("zeta", zeta)?,
             rest: RestRule::default(),
             heading: HeadingRule::default(),
-            delay: T::zero(),
-            advance: T::zero(),
-            hold: t(0.1),
-            gap: T::one(),
-            force_range: None,
+            sensors: Sensors::new(),
             block: t(0.1),
             prior: [degree, t(0.006), t(0.010)],
             limits: [t(2.0) * degree, t(0.05), t(0.020)],
@@ -85,61 +78,7 @@ impl<T: Real> SelfCalibratingFilter<T> {
         })
     }
 
-    /// When the body counts as resting.
-    #[must_use]
-    pub fn rest(self, rest: RestRule<T>) -> Self {
-        Self { rest, ..self }
-    }
-
-    /// How the heading follows the magnetometer.
-    #[must_use]
-    pub fn heading(self, heading: HeadingRule<T>) -> Self {
-        Self { heading, ..self }
-    }
-
-    /// The delay in s at the start, as in [`GravityFilter::delay`](super::GravityFilter::delay).
-    ///
-    /// # Errors
-    /// `delay` is not finite.
-    pub fn delay(self, delay: T) -> Result<Self, Error> {
-        if delay.is_finite() {
-            Ok(Self { delay, ..self })
-        } else {
-            Err(Error::new("delay", Rule::Finite))
-        }
-    }
-
-    /// How far in s the attitude is turned ahead by the last rate: the time that the sensors and the computation take.
-    ///
-    /// # Errors
-    /// `advance` is not finite.
-    pub fn advance(self, advance: T) -> Result<Self, Error> {
-        if advance.is_finite() {
-            Ok(Self { advance, ..self })
-        } else {
-            Err(Error::new("advance", Rule::Finite))
-        }
-    }
-
-    /// How long in s a missing gyro sample is bridged by the last one; 0.1 where it is not set.
-    ///
-    /// # Errors
-    /// `hold` is negative or not finite.
-    pub fn hold(self, hold: T) -> Result<Self, Error> {
-        if hold.is_finite() && hold >= T::zero() {
-            Ok(Self { hold, ..self })
-        } else {
-            Err(Error::new("hold", Rule::NotNegative))
-        }
-    }
-
-    /// The accelerometer's range in m/s²: a sample with a component at it or beyond it is clipped, and counts as missing.
-    ///
-    /// # Errors
-    /// `force_range` is not positive and finite.
-    pub fn force_range(self, force_range: T) -> Result<Self, Error> {
-        Ok(Self { force_range: Some(positive("force_range", force_range)?), ..self })
-    }
+    sensor_settings!();
 
     /// The prior standard deviations: of the bias in rad/s, of the elements of the matrix, and of the delay in s.
     ///
@@ -154,11 +93,11 @@ impl<T: Real> SelfCalibratingFilter<T> {
     /// The attitude, from body to world, and the world's up in body axes, both turned ahead; `None` before the start.
     pub fn attitude(&self, state: &SelfCalibrationState<T>) -> Option<(Rotation<T>, Vector3<T>)> {
         let up = state.up()?;
-        if self.advance == T::zero() {
+        if self.sensors.advance == T::zero() {
             return Some((state.rotation, up));
         }
         let rate = state.rate.value - state.rest.bias - state.matrix * state.rate.value;
-        let turn = Rotation::of_turn(&(rate * self.advance));
+        let turn = Rotation::of_turn(&(rate * self.sensors.advance));
         Some((state.rotation.times(&turn).renormalised(), turn.to_body(&up)))
     }
 
@@ -173,16 +112,15 @@ impl<T: Real> SelfCalibratingFilter<T> {
         magnetic_field: Option<&Vector3<T>>,
     ) -> Flags {
         let dt = dt.seconds();
-        let (held, mut flags) = state.rate.take(gyro, dt, self.hold);
+        let (held, mut flags) = state.rate.take(gyro, dt, self.sensors.hold);
         let lost = flags.contains(Flags::DERIVATIVE_MISSING);
         let rate =
             if lost { Vector3::zeros() } else { held - state.rest.bias - state.matrix * held };
-        let there = direction(specific_force).is_some()
-            && !self.force_range.is_some_and(|range| specific_force.amax() >= range);
+        let there = self.sensors.is_there(specific_force);
         if !there {
             flags |= Flags::MEASUREMENT_MISSING;
         }
-        if dt > self.gap && state.started {
+        if dt > self.sensors.gap && state.started {
             state.renew();
             flags |= Flags::RESTARTED;
         }
@@ -227,7 +165,7 @@ impl<T: Real> SelfCalibratingFilter<T> {
         let block = core::mem::replace(&mut state.block, Block::new());
         let time = block.time;
         let Some((force, ahead)) = block.means() else { return };
-        let force = force + ahead * (self.delay + state.delay);
+        let force = force + ahead * (self.sensors.delay + state.delay);
         if !state.settled {
             state.settled = true;
             state.mean = force;

@@ -1,0 +1,105 @@
+//! What the gravity filters know of their sensors: how long a gyro is held, what is clipped, which signal is late.
+
+use super::rotation::direction;
+use crate::error::positive;
+use crate::{Error, Real, Rule};
+use nalgebra::Vector3;
+
+/// The properties of a gyro and an accelerometer, and what to do where one is missing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sensors<T> {
+    pub(super) delay: T,
+    pub(super) advance: T,
+    pub(super) hold: T,
+    /// A time step in s after which the vertical is sought anew.
+    pub(super) gap: T,
+    pub(super) force_range: Option<T>,
+}
+
+impl<T: Real> Sensors<T> {
+    pub(super) fn new() -> Self {
+        let (hold, gap) = (T::literal(0.1), T::one());
+        Self { delay: T::zero(), advance: T::zero(), hold, gap, force_range: None }
+    }
+
+    pub(super) fn delay(self, delay: T) -> Result<Self, Error> {
+        Ok(Self { delay: finite("delay", delay)?, ..self })
+    }
+
+    pub(super) fn advance(self, advance: T) -> Result<Self, Error> {
+        Ok(Self { advance: finite("advance", advance)?, ..self })
+    }
+
+    pub(super) fn hold(self, hold: T) -> Result<Self, Error> {
+        if hold.is_finite() && hold >= T::zero() {
+            Ok(Self { hold, ..self })
+        } else {
+            Err(Error::new("hold", Rule::NotNegative))
+        }
+    }
+
+    pub(super) fn force_range(self, force_range: T) -> Result<Self, Error> {
+        Ok(Self { force_range: Some(positive("force_range", force_range)?), ..self })
+    }
+
+    /// Whether a sample of the accelerometer is there: finite, with a direction, not clipped.
+    pub(super) fn is_there(&self, force: &Vector3<T>) -> bool {
+        direction(force).is_some() && !self.force_range.is_some_and(|range| force.amax() >= range)
+    }
+}
+
+fn finite<T: Real>(parameter: &'static str, value: T) -> Result<T, Error> {
+    if value.is_finite() { Ok(value) } else { Err(Error::new(parameter, Rule::Finite)) }
+}
+
+/// The settings of the sensors as a filter's own, where the filter keeps them in `sensors`.
+macro_rules! sensor_settings {
+    () => {
+        /// How far in s the specific force is moved ahead, `f - delay ω × f`: how much later the accelerometer's samples are
+        /// than the frame that the gyro turns. A property of the sensor; half a sample period where the gyro's samples are
+        /// instantaneous.
+        ///
+        /// # Errors
+        /// `delay` is not finite.
+        pub fn delay(self, delay: T) -> Result<Self, $crate::Error> {
+            Ok(Self { sensors: self.sensors.delay(delay)?, ..self })
+        }
+
+        /// How far in s the attitude is turned ahead by the last rate: the time that the sensors and the computation take.
+        ///
+        /// # Errors
+        /// `advance` is not finite.
+        pub fn advance(self, advance: T) -> Result<Self, $crate::Error> {
+            Ok(Self { sensors: self.sensors.advance(advance)?, ..self })
+        }
+
+        /// How long in s a missing gyro sample is bridged by the last one; 0.1 where it is not set.
+        ///
+        /// # Errors
+        /// `hold` is negative or not finite.
+        pub fn hold(self, hold: T) -> Result<Self, $crate::Error> {
+            Ok(Self { sensors: self.sensors.hold(hold)?, ..self })
+        }
+
+        /// The accelerometer's range in m/s²: a sample with a component at it or beyond it is clipped, and counts as missing.
+        ///
+        /// # Errors
+        /// `force_range` is not positive and finite.
+        pub fn force_range(self, force_range: T) -> Result<Self, $crate::Error> {
+            Ok(Self { sensors: self.sensors.force_range(force_range)?, ..self })
+        }
+
+        /// When the body counts as resting.
+        #[must_use]
+        pub fn rest(self, rest: $crate::attitude::RestRule<T>) -> Self {
+            Self { rest, ..self }
+        }
+
+        /// How the heading follows the magnetometer.
+        #[must_use]
+        pub fn heading(self, heading: $crate::attitude::HeadingRule<T>) -> Self {
+            Self { heading, ..self }
+        }
+    };
+}
+pub(super) use sensor_settings;
