@@ -161,7 +161,7 @@ def test_columns_and_their_units():
     out, _ = run(TILT, [log])
     assert out.column_names == ["t", "note", "roll", "pitch", "roll_bias", "pitch_bias", "flags"]
     units = [(out.schema.field(name).metadata or {}).get(b"unit") for name in out.column_names]
-    assert units == [None, None, b"deg", b"deg", b"deg/s", b"deg/s", None]
+    assert units == [b"ms", None, b"deg", b"deg", b"deg/s", b"deg/s", None]
     assert out.column("note").to_pylist() == log.column("note").to_pylist()
 
 

@@ -39,6 +39,12 @@ KNOWN = sorted(units._UNITS)
         ("km/h", 1000 / 3600),
         ("Hz", 1.0),
         ("deg/s^2", math.pi / 180),
+        ("T", 1.0),
+        ("µT", 1e-6),
+        ("uT", 1e-6),
+        ("nT", 1e-9),
+        ("gauss", 1e-4),
+        ("mgauss", 1e-7),
         ("1", 1.0),
     ],
 )
@@ -106,3 +112,4 @@ def test_derivatives_of_a_dimension():
     assert units.ANGLE.per_second(1) == units.ANGULAR_RATE
     assert units.LENGTH.per_second(2) == units.ACCELERATION
     assert str(units.LENGTH.per_second(3)) == "a quantity in m^1 s^-3"
+    assert str(units.MAGNETIC_FIELD.per_second(1)) == "a quantity in s^-1 T^1"

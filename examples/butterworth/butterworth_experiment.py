@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from butterworth_family import DEGREE, Array, butterworth
 
 import compfilt as cf
+from butterworth_family import DEGREE, Array, butterworth
 from compfilt.motion import GRAVITY, Motion
 from compfilt.simulate import SensorErrors, measure
 

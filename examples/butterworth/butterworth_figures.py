@@ -4,13 +4,14 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from PIL import Image
+
 from butterworth_experiment import Experiment
 from butterworth_family import QUOTED, butterworth
 from butterworth_simulation import ANGLES, LENGTH, RUNS, START_OFF, Run, one_run, pooled
 from butterworth_tables import Result
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from PIL import Image
 
 mpl.use("agg")
 from matplotlib import pyplot as plt

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+
 from butterworth_family import DEGREE, Array, butterworth
 
 SIMULATED = (1.0, 0.1, 0.01)  # the values of Q in the paper's simulation

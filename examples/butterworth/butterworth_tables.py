@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+
 from butterworth_experiment import Experiment, experiment_errors
 from butterworth_family import QUOTED, Array, Complex, Response
 from butterworth_simulation import ANGLES, SIMULATED, expected_rms

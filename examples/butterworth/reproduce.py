@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+
 from butterworth_experiment import experiment
 from butterworth_family import QUOTED, response
 from butterworth_figures import draw_experiment, draw_run, draw_summary

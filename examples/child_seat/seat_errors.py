@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+
 from seat_filters import answers
 from seat_log import Array, Log, simulate
 

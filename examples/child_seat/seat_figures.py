@@ -6,6 +6,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from PIL import Image
+
 from seat_filters import ACCELEROMETER, BETTER_ELEVEN, BETTER_NINE, ELEVEN, GYRO, NINE
 from seat_log import Array, Log
 from seat_turn import AFTER, TURN, Turn

@@ -1,10 +1,10 @@
 """The answers that are compared: each sensor alone, and both filters with the paper's gains and with better ones."""
 
 import numpy as np
-from seat_log import RATE, Array, Log
 
 import compfilt as cf
 from compfilt.motion import GRAVITY
+from seat_log import RATE, Array, Log
 
 A = 0.8  # the paper's weight of the gyro in (9)
 PAPER_PI = cf.PiForm(kp=20.0, ki=10.0)  # the paper's gains in (11)

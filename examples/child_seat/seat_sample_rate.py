@@ -3,11 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
+
+import compfilt as cf
 from seat_errors import rms
 from seat_filters import PAPER_PI, A, tilt_filter
 from seat_log import Array, simulate
-
-import compfilt as cf
 
 
 class AtRate(NamedTuple):

@@ -5,13 +5,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+
+import compfilt as cf
 from seat_errors import Errors
 from seat_filters import BETTER_FIRST_ORDER, ELEVEN, NINE
 from seat_log import RATE
 from seat_sample_rate import AtRate
 from seat_turn import Turn, turn_errors
-
-import compfilt as cf
 
 
 class Result(NamedTuple):

@@ -3,11 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-from seat_filters import ELEVEN, NINE, PAPER_PI, A
-from seat_log import RATE, Array
 
 import compfilt as cf
 from compfilt.motion import GRAVITY
+from seat_filters import ELEVEN, NINE, PAPER_PI, A
+from seat_log import RATE, Array
 
 TURN, AFTER = 10.0, 5.0  # s, how long the steady turn and what follows it last
 

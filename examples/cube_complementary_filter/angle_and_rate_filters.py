@@ -1,10 +1,10 @@
 """§1.2 and 1.5: the filters of the angle and of the rate, as derived and as printed."""
 
 import numpy as np
-from cube_filter_tables import Array, Table, rms_degrees
-from swinging_cube import ALPHA, FS, TAU, Swing, T
 
 import compfilt as cf
+from cube_filter_tables import Array, Table, rms_degrees
+from swinging_cube import ALPHA, FS, TAU, Swing, T
 
 
 def checks(swing: Swing) -> Table:

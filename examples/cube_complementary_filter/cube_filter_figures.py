@@ -4,11 +4,12 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
-from angle_and_rate_filters import left_of_bias, rate_answers, rate_sensors
-from design_rule import TAUS, Rule
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+
+from angle_and_rate_filters import left_of_bias, rate_answers, rate_sensors
+from design_rule import TAUS, Rule
 from rule_at_rest import rest_error
 from rule_in_motion import motion_error
 from rule_recordings import Recording, still

@@ -3,10 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from cube_filter_tables import Array
 from scipy import integrate, signal
 
 import compfilt as cf
+from cube_filter_tables import Array
 
 TAUS = np.geomspace(0.05, 100.0, 67)
 """Where the error is looked at over tau, in s: twenty a decade."""

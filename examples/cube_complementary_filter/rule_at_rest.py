@@ -1,11 +1,11 @@
 """The design rule on the sensor at rest, without and with vibration."""
 
 import numpy as np
+
+import compfilt as cf
 from cube_filter_tables import Array, Table, rms
 from design_rule import TAUS, Rule, centred, spectrum
 from rule_recordings import Recording, Source, still, tilt_and_rates
-
-import compfilt as cf
 
 
 def still_phases(source: Source) -> tuple[Table, dict[str, Rule]]:

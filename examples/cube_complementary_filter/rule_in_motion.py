@@ -1,11 +1,11 @@
 """The design rule against the errors in motion, whose truth is known."""
 
 import numpy as np
+
+import compfilt as cf
 from cube_filter_tables import Array, Table, rms_degrees
 from design_rule import TAUS, Rule, centred, spectrum
 from rule_recordings import Recording, still, tilt_and_rates, up_of
-
-import compfilt as cf
 
 
 def in_motion(trials: list[Recording]) -> Table:

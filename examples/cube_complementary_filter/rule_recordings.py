@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from cube_filter_tables import Array
 from pyarrow import parquet
 
 import compfilt as cf
 from compfilt.motion import GRAVITY, Motion
 from compfilt.simulate import SensorErrors, measure
+from cube_filter_tables import Array
 
 RECORDINGS = Path(
     os.environ.get("COMPFILT_RECORDINGS", Path(__file__).resolve().parents[3] / "shared" / "broad")

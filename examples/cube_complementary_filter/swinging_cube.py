@@ -3,10 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from cube_filter_tables import Array
 
 import compfilt as cf
 from compfilt.motion import Signal
+from cube_filter_tables import Array
 
 FS = 100.0
 T = 1.0 / FS

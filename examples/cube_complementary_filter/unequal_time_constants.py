@@ -2,10 +2,10 @@
 
 import numpy as np
 import numpy.typing as npt
-from cube_filter_tables import Array, Table, rms_degrees
-from swinging_cube import FS, TAU, Swing
 
 import compfilt as cf
+from cube_filter_tables import Array, Table, rms_degrees
+from swinging_cube import FS, TAU, Swing
 
 RATIOS = (0.25, 0.5, 0.9, 1.0, 1.1, 2.0, 4.0)
 

@@ -1,9 +1,9 @@
 """The cube on its corner, and its six sensors: where they sit, how they are turned, what they see."""
 
 import numpy as np
-from corner_tables import Array
 
 import compfilt as cf
+from corner_tables import Array
 
 EDGE = 0.15
 """Of the cube, in m."""

@@ -5,6 +5,12 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib import pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from PIL import Image
+
+import compfilt as cf
 from corner_cube import ARRAY, EDGE, OPERATING_POINT, POSITIONS, ROTATIONS
 from corner_filters import answers, estimate
 from corner_gravity import forces
@@ -14,12 +20,6 @@ from corner_rates import RATE_TAU, RATE_TAUS, bias_of_the_array, rate_answers
 from corner_sensors import BIASED, GYRO_NOISE, PERFECT, VIBRATING, read
 from corner_slips import phi3_by_arctan, printed_phi3
 from corner_tables import Array, Table, columns_of, rms
-from matplotlib import pyplot as plt
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from PIL import Image
-
-import compfilt as cf
 
 TAUS = np.geomspace(0.02, 2.0, 13)
 """Where the error of the angles is looked at over tau, in s."""

@@ -1,13 +1,13 @@
 """§1.3: complementary filters of both angles."""
 
 import numpy as np
+
+import compfilt as cf
 from corner_cube import ARRAY, OPERATING_POINT
 from corner_gravity import angle_errors, forces
 from corner_motion import DURATION, FS, Swing, T, motion, stand, swing
 from corner_sensors import BIASED, PERFECT, VIBRATING, Errors, Readings, read
 from corner_tables import Array, Table, rms
-
-import compfilt as cf
 
 TAU = 0.5
 PI = cf.PiForm(kp=2.0, ki=1.0)

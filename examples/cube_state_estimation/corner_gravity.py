@@ -1,12 +1,12 @@
 """§1.2: gravity while the cube swings."""
 
 import numpy as np
+
+import compfilt as cf
 from corner_cube import ARRAY, ROTATIONS, SEEN
 from corner_motion import LATE, Swing
 from corner_sensors import BIASED, GYRO_BIASED, PERFECT, VIBRATING, Readings, read
 from corner_tables import Array, Table
-
-import compfilt as cf
 
 
 def forces(readings: Readings) -> dict[str, Array]:

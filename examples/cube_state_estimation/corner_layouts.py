@@ -3,10 +3,10 @@
 import itertools
 
 import numpy as np
-from corner_cube import CHANNELS, EDGE, POSITIONS, ROTATIONS, on_faces
-from corner_tables import Array, Table
 
 import compfilt as cf
+from corner_cube import CHANNELS, EDGE, POSITIONS, ROTATIONS, on_faces
+from corner_tables import Array, Table
 
 THREE_AXES: dict[str, list[list[float]]] = {
     "one, at the pivot": [[0.0, 0.0, 0.0]],

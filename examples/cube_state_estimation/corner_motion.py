@@ -3,10 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from corner_cube import OPERATING_POINT
-from corner_tables import Array
 
 from compfilt.motion import GRAVITY, Signal
+from corner_cube import OPERATING_POINT
+from corner_tables import Array
 
 FS = 1000.0
 T = 1.0 / FS

@@ -1,15 +1,15 @@
 """Noise of gravity, angles and rates on the cube at rest, against gains and closed forms."""
 
 import numpy as np
+
+import compfilt as cf
+from compfilt.motion import GRAVITY
 from corner_cube import ARRAY, OPERATING_POINT
 from corner_filters import TAU
 from corner_gravity import forces
 from corner_motion import FS, stand
 from corner_sensors import ACCELEROMETER_NOISE, GYRO_NOISE, NOISE, SEED, Readings, read
 from corner_tables import Array, Table, rms
-
-import compfilt as cf
-from compfilt.motion import GRAVITY
 
 HALL_NOISE = 0.5
 """Of a wheel's rate, in rad/s a sample."""

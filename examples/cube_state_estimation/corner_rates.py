@@ -3,12 +3,12 @@
 import itertools
 
 import numpy as np
+
+import compfilt as cf
 from corner_cube import ARRAY, ROTATIONS
 from corner_motion import FS, LATE, Swing, T, stand
 from corner_sensors import BIASED, GYRO_BIASED, NOISE, PERFECT, VIBRATING, Errors, Readings, read
 from corner_tables import Array, Table, rms
-
-import compfilt as cf
 
 RATE_TAU, SHORT_TAU = 0.1, 0.005
 RATE_TAUS = np.array([0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5])

@@ -3,11 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
+
+from compfilt.motion import GRAVITY
 from corner_cube import POSITIONS, ROTATIONS
 from corner_motion import FS, Swing
 from corner_tables import Array
-
-from compfilt.motion import GRAVITY
 
 SEED = 4
 

@@ -1,13 +1,13 @@
 """§1.2: the slips of the source that matter."""
 
 import numpy as np
+
+import compfilt as cf
+from compfilt.motion import GRAVITY
 from corner_gravity import forces
 from corner_motion import Swing, T, motion
 from corner_sensors import PERFECT, read
 from corner_tables import Array, Table, rms
-
-import compfilt as cf
-from compfilt.motion import GRAVITY
 
 
 def printed_phi3(force: Array) -> Array:

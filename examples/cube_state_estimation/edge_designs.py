@@ -3,6 +3,11 @@
 from functools import cache
 
 import numpy as np
+from scipy import linalg
+
+import compfilt as cf
+from compfilt.design import luenberger, observer_poles
+from compfilt.motion import GRAVITY
 from edge_cube import (
     ACCELEROMETER_NOISE,
     BIAS_WALK,
@@ -18,11 +23,6 @@ from edge_cube import (
     readings,
 )
 from edge_estimators import Model, Scheme, fused, known, observed
-from scipy import linalg
-
-import compfilt as cf
-from compfilt.design import luenberger, observer_poles
-from compfilt.motion import GRAVITY
 
 
 @cache

@@ -5,10 +5,10 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
-from edge_cube import ACCELEROMETER, RATE, TILT, WHEEL, Array, T
 
 import compfilt as cf
 from compfilt.design import luenberger, observer_poles
+from edge_cube import ACCELEROMETER, RATE, TILT, WHEEL, Array, T
 
 
 class Compensator(NamedTuple):

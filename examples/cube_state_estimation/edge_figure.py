@@ -5,14 +5,15 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib import pyplot as plt
+from matplotlib.axes import Axes
+from PIL import Image
+
 from edge_cube import DRY, T, changed, sticky
 from edge_designs import plain
 from edge_loops import radius
 from edge_simulation import Case, simulate
 from edge_study import Results
-from matplotlib import pyplot as plt
-from matplotlib.axes import Axes
-from PIL import Image
 
 STYLES: dict[str, dict[str, Any]] = {
     "true tilt": {"color": "black", "ls": "-", "lw": 1.0},

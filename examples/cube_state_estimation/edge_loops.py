@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from scipy import linalg
+
 from edge_cube import (
     ACCELEROMETER,
     COULOMB,
@@ -22,7 +24,6 @@ from edge_cube import (
 )
 from edge_designs import plain
 from edge_estimators import Compensator, Scheme
-from scipy import linalg
 
 
 def joint(cubes: Sequence[Cube], compensator: Compensator) -> Array:

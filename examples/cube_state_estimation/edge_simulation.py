@@ -5,6 +5,8 @@ from dataclasses import astuple, dataclass
 from typing import NamedTuple
 
 import numpy as np
+
+from compfilt.motion import GRAVITY
 from edge_cube import (
     ACCELEROMETER_NOISE,
     ARM,
@@ -18,8 +20,6 @@ from edge_cube import (
     derivative,
 )
 from edge_estimators import Scheme
-
-from compfilt.motion import GRAVITY
 
 CURRENT_LIMIT = 3.0
 """A; 75 mN m."""

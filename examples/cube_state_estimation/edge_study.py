@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
+
 from edge_cube import COULOMB, DRY, RATES, Array, changed, noise
 from edge_designs import plain
 from edge_estimators import Scheme, observed

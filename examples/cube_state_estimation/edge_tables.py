@@ -1,6 +1,7 @@
 """The tables of the cube on its edge."""
 
 import numpy as np
+
 from edge_study import SCENARIOS, Results
 
 

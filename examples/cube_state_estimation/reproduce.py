@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+
 from corner_figures import draw_angles, draw_geometry, draw_rates
 from corner_filters import filters, operating_point, rectified, turn
 from corner_gravity import gravity

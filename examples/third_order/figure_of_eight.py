@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+
 from third_order_tables import Array
 
 FS = 100.0

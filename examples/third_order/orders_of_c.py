@@ -1,9 +1,9 @@
 """C(s) = k_1 + k_2/s + k_3/s² of order one to three: C/(C + s) and s/(C + s)."""
 
 import numpy as np
-from third_order_tables import Array, Complex, Table
 
 import compfilt as cf
+from third_order_tables import Array, Complex, Table
 
 OMEGA0 = 1.0
 DESIGNS: dict[str, cf.LinearFilter] = {

@@ -1,12 +1,12 @@
 """What K_P and K_I are: the coefficients of a second-order filter, not the gains of the printed PI loop."""
 
 import numpy as np
+
+import compfilt as cf
 from figure_of_eight import FS, Drive
 from orders_of_c import DESIGNS, OMEGA0
 from position_filters import TAU
 from third_order_tables import Array, Complex, Table
-
-import compfilt as cf
 
 
 def same_filter(drive: Drive) -> Table:

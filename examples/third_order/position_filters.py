@@ -3,10 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from figure_of_eight import BIAS, FS, GPS_DELAY, GPS_PERIOD, Drive, T, sensors
-from third_order_tables import Array, Table
 
 import compfilt as cf
+from figure_of_eight import BIAS, FS, GPS_DELAY, GPS_PERIOD, Drive, T, sensors
+from third_order_tables import Array, Table
 
 TAU = 4.0
 

@@ -1,11 +1,11 @@
 """The sign in the source's last figure."""
 
 import numpy as np
+
+import compfilt as cf
 from figure_of_eight import FS, T
 from position_filters import TAU
 from third_order_tables import Array, Table
-
-import compfilt as cf
 
 
 def as_drawn(direction: float) -> Array:

@@ -4,10 +4,11 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
-from figure_of_eight import BIAS, FS, GPS_PERIOD, Drive, T
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+
+from figure_of_eight import BIAS, FS, GPS_PERIOD, Drive, T
 from orders_of_c import DESIGNS, closed_forms, decibel_of
 from pi_gains import printed_pi
 from position_filters import LATE, TAU, Answer, answers, bias_rise

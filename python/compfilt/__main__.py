@@ -5,8 +5,11 @@ import sys
 
 __all__ = ["main"]
 
-EXTRA = ("pyarrow", "tomli", "tqdm", "typer")
-"""What the command line needs beside the library itself."""
+EXTRAS = {
+    "logs": ("the command line", ("pyarrow", "tomli", "tqdm", "typer")),
+    "plot": ("a picture", ("matplotlib",)),
+}
+"""The extras: what needs them, and what they bring."""
 
 
 def main() -> int:
@@ -19,24 +22,27 @@ def main() -> int:
         Ctrl-C. No failure shows a traceback, unless the environment has ``COMPFILT_TRACEBACK=1``.
     """
     try:
-        return _run()
+        from compfilt.cli import run_app  # noqa: PLC0415 - numpy alone does not make a command line
+
+        return run_app()
     except KeyboardInterrupt:
         return _say("interrupted", 130)
     except Exception as error:
+        if isinstance(error, ModuleNotFoundError) and (needs := _needs_extra(error)):
+            return _say(needs, 2)
         if os.environ.get("COMPFILT_TRACEBACK") == "1":
             raise
         kind = type(error).__name__
         return _say(f"unexpected {kind}: {error} (COMPFILT_TRACEBACK=1 shows where)".replace("\n", " "), 1)
 
 
-def _run() -> int:
-    try:
-        from compfilt.cli import run_app  # noqa: PLC0415 - numpy alone does not make a command line
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] not in EXTRA:
-            raise
-        return _say("the command line needs the extra \"logs\": pip install 'compfilt[logs]'", 2)
-    return run_app()
+def _needs_extra(error: ModuleNotFoundError) -> str:
+    """Say which extra is missing; nothing if it is none of them."""
+    package = (error.name or "").partition(".")[0]
+    for extra, (what, packages) in EXTRAS.items():
+        if package in packages:
+            return f"{what} needs the extra \"{extra}\": pip install 'compfilt[{extra}]'"
+    return ""
 
 
 def _say(message: str, status: int) -> int:

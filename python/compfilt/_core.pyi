@@ -414,6 +414,7 @@ class GravityFilter:
         fs: float | None = None,
         t: ArrayLike | None = None,
         mag: ArrayLike | None = None,
+        initial: ArrayLike | None = None,
         missing: _Missing = "coast",
         hold: float = 0.1,
         backwards: _Backwards = "raise",

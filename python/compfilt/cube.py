@@ -168,7 +168,10 @@ class Cube:
         if self.gyro not in ("unknown", "known"):
             raise ValueError(f'gyro must be "unknown" or "known", got "{self.gyro}"')
         if self.at is not None:
-            object.__setattr__(self, "at", tuple(float(angle) for angle in self.at))
+            at = np.asarray(self.at, np.float64)
+            if at.shape != (2,) or not np.isfinite(at).all():
+                raise ValueError("at must be two finite angles in rad")
+            object.__setattr__(self, "at", tuple(at.tolist()))
         self._extract(np.empty((0, *self.array.positions.shape)), np.empty((0, 3)))
         self.tilt_filter  # noqa: B018 - it checks design, rates and at
 
@@ -289,9 +292,14 @@ class CubeStream:
         dt: float | None = None,
     ) -> CubeSample:
         """One sample: gyr and acc (s, 3), wheel (3,); dt in seconds where the stream has no fs."""
-        row = None if wheel is None else np.asarray(wheel)[None]
+        row = None if wheel is None else np.asanyarray(wheel)[None]
         parts = _Parts.of(
-            self.cube, np.asarray(gyr)[None], np.asarray(acc)[None], row, self._dtype, complete=self._complete
+            self.cube,
+            np.asanyarray(gyr)[None],
+            np.asanyarray(acc)[None],
+            row,
+            self._dtype,
+            complete=self._complete,
         )
         angles = self._tilt.update(parts.body_rate[0], parts.gravity[0], dt)
         wheel_rate = None if parts.wheel_rate is None else parts.wheel_rate[0]
@@ -381,6 +389,11 @@ class _Parts(NamedTuple):
             wheel = _real(wheel, "wheel").astype(dtype, copy=False)
             if wheel.shape != body_rate.shape:
                 raise ValueError(f"wheel must have the shape {body_rate.shape}, got {wheel.shape}")
+            if complete and not np.isfinite(wheel).all():
+                row = int((~np.isfinite(wheel)).any(axis=1).argmax())
+                raise ValueError(
+                    f'wheel has a missing sample (NaN or infinite) at row {row}, and missing is "raise"'
+                )
             wheel_rate = body_rate + wheel
         flags = np.where(absent, np.uint8(Flags.SENSOR_MISSING), np.uint8(0))
         return cls(body_rate, cube._extract(acc, body_rate), wheel_rate, flags)  # noqa: SLF001

@@ -16,7 +16,7 @@ Array = npt.NDArray[np.float64]
 TAU = 5.0
 """Memory of the filter that looks for the delay, in s."""
 SETTLED = 9.0
-"""How long its start lasts, in s."""
+"""How long after the start the rows begin, in s."""
 EVERY = 0.1
 """How far apart the rows of the fit are, in s."""
 PRIOR = 0.005

@@ -251,6 +251,12 @@ impl AccelerometerArray {
             let deviations = noise_of(noise, sensors.len())?;
             sensors.iter_mut().zip(deviations).for_each(|(sensor, noise)| sensor.noise = noise);
         }
+        for sensor in &mut sensors {
+            // What is not used has no noise to compare.
+            for axis in (0..3).filter(|axis| !sensor.channels[*axis]) {
+                sensor.noise[axis] = 1.0;
+            }
+        }
         let mut array = Array::new(sensors).map_err(value_error)?;
         if let Some(form) = form {
             let forms = [("aligned", Form::Aligned), ("general", Form::General)];

@@ -123,6 +123,35 @@ pub(crate) fn fill<'py, T: Scalar>(
     Ok((arrays, time))
 }
 
+/// An attitude to start from.
+pub(crate) fn quaternion<T: Scalar>(initial: &Bound<'_, PyAny>) -> PyResult<Rotation<T>> {
+    let signal = Signal::new(initial, "initial")?;
+    let values = signal.typed::<f64>()?;
+    let parts: Vec<T> = values.as_array().iter().map(|part| T::literal(*part)).collect();
+    let rotation = match parts[..] {
+        [w, x, y, z] if *signal.shape() == [4] => Rotation::new(w, Vector3::new(x, y, z)),
+        _ => None,
+    };
+    rotation.filter(Rotation::is_finite).ok_or_else(|| {
+        PyValueError::new_err(
+            "initial must be a quaternion, four finite numbers that are not all zero, or a State of this filter",
+        )
+    })
+}
+
+impl Arrays<'_> {
+    /// The real results in float32.
+    pub(crate) fn narrow(&mut self) -> PyResult<()> {
+        for array in [&mut self.quaternion, &mut self.up, &mut self.bias] {
+            *array = array.call_method1("astype", (f32::NAME,))?;
+        }
+        if let Some(calibration) = &mut self.calibration {
+            *calibration = calibration.call_method1("astype", (f32::NAME,))?;
+        }
+        Ok(())
+    }
+}
+
 /// A matrix as an array.
 pub(crate) fn rows<'py, T: Scalar>(py: Python<'py>, matrix: &Matrix3<T>) -> Bound<'py, PyAny> {
     let rows = Array2::from_shape_fn((3, 3), |(row, column)| matrix[(row, column)]);
@@ -175,18 +204,7 @@ impl<T: Scalar> Session<T> {
         if let Ok(state) = initial.cast::<State>() {
             return self.set_state(state.get());
         }
-        let signal = Signal::new(initial, "initial")?;
-        let values = signal.typed::<f64>()?;
-        let parts: Vec<T> = values.as_array().iter().map(|part| T::literal(*part)).collect();
-        let rotation = match parts[..] {
-            [w, x, y, z] if *signal.shape() == [4] => Rotation::new(w, Vector3::new(x, y, z)),
-            _ => None,
-        };
-        let rotation = rotation.filter(Rotation::is_finite).ok_or_else(|| {
-            PyValueError::new_err(
-                "initial must be a quaternion, four finite numbers that are not all zero, or a State of this filter",
-            )
-        })?;
+        let rotation = quaternion(initial)?;
         self.runner.reset(Some(rotation));
         self.time = None;
         Ok(())

@@ -95,8 +95,6 @@ impl<T: Scalar, const N: usize> Filter<T> for Plain<T, N> {
 /// The self-calibrating filter bound to its state.
 pub(crate) struct SelfCalibrating<T: Scalar> {
     pub(crate) filter: SelfCalibratingFilter<T>,
-    /// What is known of the gyro before the start.
-    pub(crate) matrix: Matrix3<T>,
     pub(crate) sampled: Option<Dt<T>>,
     pub(crate) dt: Dt<T>,
     pub(crate) state: SelfCalibrationState<T>,
@@ -120,7 +118,7 @@ impl<T: Scalar> Filter<T> for SelfCalibrating<T> {
     }
 
     fn calibration(&self) -> Option<Matrix3<T>> {
-        Some(self.state.matrix)
+        Some(self.filter.matrix(&self.state))
     }
 
     fn store(&self) -> Numbers {
@@ -197,10 +195,15 @@ impl<T: Scalar> Filter<T> for SelfCalibrating<T> {
     }
 
     fn reset(&mut self, attitude: Option<Rotation<T>>) {
-        let state =
+        self.state =
             attitude.map_or_else(SelfCalibrationState::new, SelfCalibrationState::from_rotation);
-        self.state = state.calibrated(self.matrix);
     }
+}
+
+/// A stored quaternion, if it is one.
+pub(crate) fn unit<T: Scalar>(w: T, v: Vector3<T>) -> Option<Rotation<T>> {
+    let length = w * w + v.norm_squared();
+    ((length - T::one()).abs() < T::literal(1e-3)).then_some(Rotation { w, v })
 }
 
 fn number(flag: bool) -> f64 {
@@ -242,7 +245,7 @@ impl<T: Scalar> Reader<'_, T> {
 
     fn rotation(&mut self) -> Option<Rotation<T>> {
         let [w] = self.take()?;
-        Some(Rotation { w, v: self.vector()? })
+        unit(w, self.vector()?)
     }
 
     fn rest(&mut self) -> Option<Rest<T>> {

@@ -1,8 +1,8 @@
 //! The gravity filter as a Python class.
 
-use crate::arrays::{Precision, Scalar};
-use crate::attitude_batch::Block;
-use crate::attitude_session::{AnySession, Session, Signals, fill, rows};
+use crate::arrays::{Precision, Scalar, Signal};
+use crate::attitude_batch::{Block, Filter};
+use crate::attitude_session::{AnySession, Session, Signals, fill, quaternion, rows};
 use crate::attitude_stream::{AttitudeEstimate, AttitudeStream, estimate, stream};
 use crate::batch::sampled_gains;
 use crate::errors::value_error;
@@ -58,7 +58,7 @@ use pyo3::{Bound as Object, IntoPyObject};
 /// bias_limit : float
 ///     The largest bias of an axis in rad/s (2 deg/s): a faster turn is none.
 /// heading_tau : float
-///     Time constant in seconds of the heading, where there is a magnetometer.
+///     Time constant in seconds of the heading (10), where there is a magnetometer.
 /// acc_range : float, optional
 ///     The accelerometer's range in m/s^2: a sample with a component at it or beyond it is clipped, and counts as missing.
 ///
@@ -66,6 +66,14 @@ use pyo3::{Bound as Object, IntoPyObject};
 /// ------
 /// ValueError
 ///     A parameter breaks its rule.
+///
+/// Notes
+/// -----
+/// At the time t after the start the poles are at -2/t at least. A sample of the accelerometer counts for 0.1 s at most, or for its
+/// own time step where that is longer. After a time step of more than 1 s the vertical is sought anew, and the sample flagged
+/// as restarted: the filter is for 1 Hz and above. The self-calibrating filter works in blocks of 0.1 s, learns from 3 s on,
+/// with priors of 1 deg/s, 0.006 and 10 ms for bias, M and delay, and limits of bias_limit, 0.05 and 20 ms. Without acc_range
+/// a single finite spike of the accelerometer is believed.
 ///
 /// Examples
 /// --------
@@ -115,6 +123,8 @@ pub(crate) struct GravityFilter {
     acc_range: Option<f64>,
 }
 
+/// 2 deg/s in rad/s.
+const TWO_DEGREES: f64 = 0.034_906_585_039_886_59;
 const SELF_CALIBRATING: &str = "self-calibrating gravity filter";
 const TAU: f64 = 3.0;
 const ZETA: f64 = 0.5;
@@ -174,14 +184,13 @@ impl GravityFilter {
         hold: f64,
         fs: Option<f64>,
     ) -> PyResult<SelfCalibrating<T>> {
-        let filter = self.calibrating::<T>(hold).map_err(renamed)?;
-        let matrix = self.calibration.unwrap_or_default();
-        let matrix = Matrix3::from_fn(|row, column| T::literal(matrix[row][column]));
+        let known = self.calibration.unwrap_or_default();
+        let known = Matrix3::from_fn(|row, column| T::literal(known[row][column]));
+        let filter = self.calibrating::<T>(hold).map_err(renamed)?.calibrated(known);
         let sampled =
             fs.map(|fs| Dt::from_rate(T::literal(fs))).transpose().map_err(value_error)?;
         let dt = Dt::new(T::zero()).map_err(value_error)?;
-        let state = SelfCalibrationState::new().calibrated(matrix);
-        Ok(SelfCalibrating { filter, matrix, sampled, dt, state })
+        Ok(SelfCalibrating { filter, sampled, dt, state: SelfCalibrationState::new() })
     }
 
     fn bind_calibrating<T: Scalar>(&self, hold: f64, fs: Option<f64>) -> PyResult<Session<T>> {
@@ -229,6 +238,19 @@ impl GravityFilter {
     }
 }
 
+fn three_by_three(object: &Object<'_, PyAny>) -> PyResult<[[f64; 3]; 3]> {
+    let signal = Signal::new(object, "calibration")?;
+    let values = signal.typed::<f64>()?;
+    let values: Vec<f64> = values.as_array().iter().copied().collect();
+    if *signal.shape() != [3, 3] {
+        let shape = signal.shape();
+        return Err(PyValueError::new_err(format!(
+            "calibration must have the shape (3, 3), got {shape:?}"
+        )));
+    }
+    Ok(std::array::from_fn(|row| std::array::from_fn(|column| values[3 * row + column])))
+}
+
 /// The core's names of parameters are Rust's.
 fn renamed(error: compfilt_core::Error) -> pyo3::PyErr {
     let name = match error.parameter() {
@@ -261,7 +283,7 @@ impl GravityFilter {
         self_calibrating: bool,
         gyro_delay: f64,
         advance: f64,
-        calibration: Option<[[f64; 3]; 3]>,
+        calibration: Option<&Object<'_, PyAny>>,
         rest_time: f64,
         rest_rate: f64,
         rest_force: f64,
@@ -287,6 +309,7 @@ impl GravityFilter {
         if self_calibrating && (order, split) != (2, 1) {
             return Err(PyValueError::new_err("self_calibrating goes with order=2 and split=1"));
         }
+        let calibration = calibration.map(three_by_three).transpose()?;
         if calibration.is_some() && !self_calibrating {
             return Err(PyValueError::new_err("calibration goes with self_calibrating=True"));
         }
@@ -372,12 +395,15 @@ impl GravityFilter {
     ///
     /// A self-calibrating forward pass finds bias, sensitivity and delay; a strapdown with these averages the force in the gyro's
     /// frame; a second-order low-pass smooths that forward and backward. The heading is the gyro's, or follows the magnetometer
-    /// as online. Bias and sensitivity are those at the end of the log: cut a log over which they change.
+    /// as online. Bias and sensitivity are those at the end of the log: cut a log over which they change. A filter that does not
+    /// calibrate itself is replaced by one that does, with that one's tau and zeta.
     ///
     /// Parameters
     /// ----------
     /// gyr, acc, fs, t, mag, missing, hold, backwards
-    ///     As in ``estimate``. The arithmetic is in float64.
+    ///     As in ``estimate``. The arithmetic is in float64; the results are float32 where all signals are.
+    /// initial : sequence of 4 floats, optional
+    ///     A quaternion whose heading the first sample takes over.
     ///
     /// Returns
     /// -------
@@ -391,7 +417,9 @@ impl GravityFilter {
     /// >>> acc = np.tile([0.0, 6.94, 6.94], (300, 1)) + np.random.default_rng(0).normal(size=(300, 3))
     /// >>> cf.GravityFilter().smooth(np.zeros((300, 3)), acc, fs=100.0).up[0].round(1) + 0.0
     /// array([0. , 0.7, 0.7])
-    #[pyo3(signature = (gyr, acc, *, fs=None, t=None, mag=None, missing="coast", hold=0.1, backwards="raise"))]
+    #[pyo3(signature = (
+        gyr, acc, *, fs=None, t=None, mag=None, initial=None, missing="coast", hold=0.1, backwards="raise"
+    ))]
     #[allow(clippy::too_many_arguments)]
     fn smooth<'py>(
         &self,
@@ -401,21 +429,28 @@ impl GravityFilter {
         fs: Option<f64>,
         t: Option<&Object<'py, PyAny>>,
         mag: Option<&Object<'py, PyAny>>,
+        initial: Option<&Object<'py, PyAny>>,
         missing: &str,
         hold: f64,
         backwards: &str,
     ) -> PyResult<AttitudeEstimate> {
         let handling = handling(missing, backwards, 1)?;
         let signals = Signals::new(gyr, acc, mag, t)?;
-        let tau = if self.self_calibrating { self.tau } else { TAU_SELF_CALIBRATING };
-        let learning = Self { tau, self_calibrating: true, zeta: Some(ZETA), ..self.clone() };
+        let usual = (TAU_SELF_CALIBRATING, Some(ZETA));
+        let (tau, zeta) = if self.self_calibrating { (self.tau, self.zeta) } else { usual };
+        let learning = Self { tau, self_calibrating: true, zeta, ..self.clone() };
         let mut filter = learning.self_calibrating_filter::<f64>(hold, fs)?;
         let heading = HeadingRule::new(self.heading_tau).map_err(renamed)?;
         let smoother = Smoother::new(tau).map_err(renamed)?;
-        let offline = Offline { smoother, heading, delay: self.gyro_delay, hold };
+        let initial = initial.map(quaternion).transpose()?;
+        filter.reset(initial);
+        let offline = Offline { smoother, heading, initial };
         let work = |block: Block<'_, f64>| smooth(&mut filter, &offline, block);
         let (mut arrays, time) = fill(py, &signals, handling, fs, None, work)?;
-        arrays.calibration = Some(rows(py, &filter.state.matrix));
+        arrays.calibration = filter.calibration().map(|matrix| rows(py, &matrix));
+        if let Precision::Single = signals.precision() {
+            arrays.narrow()?;
+        }
         let session =
             Session { runner: Box::new(filter), fs, time, kind: SELF_CALIBRATING.to_owned() };
         AttitudeEstimate::new(py, arrays, session.state())
@@ -491,11 +526,35 @@ impl GravityFilter {
     }
 
     fn __repr__(&self) -> String {
-        let Self { tau, order, split, gyro_delay, .. } = self;
-        let zeta = self.zeta.map_or(String::new(), |zeta| format!(", zeta={zeta:?}"));
-        let delay =
-            if *gyro_delay == 0.0 { String::new() } else { format!(", gyro_delay={gyro_delay:?}") };
-        let learns = if self.self_calibrating { ", self_calibrating=True" } else { "" };
-        format!("GravityFilter(tau={tau:?}, order={order}, split={split}{zeta}{learns}{delay})")
+        let Self { tau, order, split, .. } = self;
+        let mut parts = vec![format!("GravityFilter(tau={tau:?}, order={order}, split={split}")];
+        if let Some(zeta) = self.zeta {
+            parts.push(format!("zeta={zeta:?}"));
+        }
+        if self.self_calibrating {
+            parts.push("self_calibrating=True".to_owned());
+        }
+        let settings = [
+            ("gyro_delay", self.gyro_delay, 0.0),
+            ("advance", self.advance, 0.0),
+            ("rest_time", self.rest_time, 1.5),
+            ("rest_rate", self.rest_rate, TWO_DEGREES),
+            ("rest_force", self.rest_force, 0.5),
+            ("rest_drift", self.rest_drift, 0.1),
+            ("bias_limit", self.bias_limit, TWO_DEGREES),
+            ("heading_tau", self.heading_tau, 10.0),
+        ];
+        for (name, value, usual) in settings {
+            if value.to_bits() != usual.to_bits() {
+                parts.push(format!("{name}={value:?}"));
+            }
+        }
+        if let Some(rows) = self.calibration {
+            parts.push(format!("calibration={rows:?}"));
+        }
+        if let Some(range) = self.acc_range {
+            parts.push(format!("acc_range={range:?}"));
+        }
+        parts.join(", ") + ")"
     }
 }

@@ -5,9 +5,8 @@ use crate::batch::Steps;
 use crate::gravity_batch::{Plain, SelfCalibrating};
 use crate::tilt::vector;
 use compfilt_core::Dt;
-use compfilt_core::attitude::{
-    Calibration, HeadingRule, SmoothedAttitude, Smoother, Strapdown, StrapdownState,
-};
+use compfilt_core::attitude::{HeadingRule, Rotation, SmoothedAttitude, Smoother, StrapdownState};
+use compfilt_core::linear::Flags;
 use compfilt_core::nalgebra::Vector3;
 use numpy::ndarray::Array2;
 
@@ -15,8 +14,7 @@ use numpy::ndarray::Array2;
 pub(crate) struct Offline {
     pub(crate) smoother: Smoother<f64>,
     pub(crate) heading: HeadingRule<f64>,
-    pub(crate) delay: f64,
-    pub(crate) hold: f64,
+    pub(crate) initial: Option<Rotation<f64>>,
 }
 
 /// The time step of a row. Where time began anew it is taken as a gap.
@@ -35,9 +33,8 @@ pub(crate) fn smooth(
 ) {
     let steps = block.steps;
     filter.block(block.reborrow());
-    let state = &filter.state;
-    let (bias, matrix, delay) = (state.rest.bias, state.matrix, offline.delay + state.delay);
-    let strapdown = Strapdown::new(Calibration { bias, matrix, delay }, offline.hold);
+    let strapdown = filter.filter.strapdown(&filter.state);
+    let bias = filter.state.rest.bias;
     let mut run = StrapdownState::new();
     let mut blocks = Vec::new();
     let rows = block.gyr.nrows();
@@ -49,7 +46,7 @@ pub(crate) fn smooth(
     }
     offline.smoother.smooth(&mut blocks);
     let mut run = StrapdownState::new();
-    let mut attitude = SmoothedAttitude::new();
+    let mut attitude = SmoothedAttitude::new(offline.initial);
     for row in 0..rows {
         let (gyr, acc) = (vector(block.gyr.row(row)), vector(block.acc.row(row)));
         let mag = block.mag.as_ref().map(|mag| vector(mag.row(row)));
@@ -58,6 +55,7 @@ pub(crate) fn smooth(
         // A log shorter than a block keeps the forward pass's answer.
         if attitude.step(dt, &run, &blocks, &offline.heading, mag.as_ref()).is_some() {
             block.write_attitude(row, &attitude.rotation, &attitude.up);
+            block.flags[row] &= !Flags::NOT_STARTED.bits();
         }
         block.write_bias(row, &bias);
     }

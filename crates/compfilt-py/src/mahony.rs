@@ -6,6 +6,7 @@ use crate::attitude_session::{AnySession, Session, Signals};
 use crate::attitude_stream::{AttitudeEstimate, AttitudeStream, estimate, stream};
 use crate::batch::sampled_gains;
 use crate::errors::value_error;
+use crate::gravity_batch::unit;
 use crate::linear_filter::LinearFilter;
 use crate::options::{choice, handling};
 use crate::session::precision_of;
@@ -113,20 +114,38 @@ impl<T: Scalar, const N: usize> Filter<T> for Bound<T, N> {
         for vector in [state.rotation.v, state.bias, state.rate.value] {
             numbers.put(vector.as_slice());
         }
-        numbers.put(&[state.rate.age, state.age, state.since_correction]);
+        numbers.put(&[state.rate.age, state.age, state.since_correction, state.since_heading]);
         numbers.put(&[state.started, state.heading_known].map(|flag| f64::from(u8::from(flag))));
         numbers
     }
 
     fn restore(&mut self, numbers: &Numbers) -> bool {
         let numbers: Vec<T> = numbers.values();
-        let [w, x, y, z, bx, by, bz, rx, ry, rz, rate_age, age, since, started, heading] =
-            numbers[..]
+        let [
+            w,
+            x,
+            y,
+            z,
+            bx,
+            by,
+            bz,
+            rx,
+            ry,
+            rz,
+            rate_age,
+            age,
+            since,
+            since_heading,
+            started,
+            heading,
+        ] = numbers[..]
         else {
             return false;
         };
+        let Some(rotation) = unit(w, Vector3::new(x, y, z)) else { return false };
         let state = &mut self.state;
-        state.rotation = Rotation { w, v: Vector3::new(x, y, z) };
+        state.rotation = rotation;
+        state.since_heading = since_heading;
         state.bias = Vector3::new(bx, by, bz);
         state.rate.value = Vector3::new(rx, ry, rz);
         (state.rate.age, state.age, state.since_correction) = (rate_age, age, since);
@@ -331,6 +350,17 @@ impl Mahony {
     }
 
     fn __repr__(&self) -> String {
-        format!("Mahony(kp={:?}, ki={:?}, form='{}')", self.kp, self.ki, self.form_name())
+        let limit = if self.bias_limit.to_bits() == 0.1_f64.to_bits() {
+            String::new()
+        } else {
+            format!(", bias_limit={:?}", self.bias_limit)
+        };
+        let range = self.acc_range.map_or(String::new(), |range| format!(", acc_range={range:?}"));
+        format!(
+            "Mahony(kp={:?}, ki={:?}, form='{}'{limit}{range})",
+            self.kp,
+            self.ki,
+            self.form_name()
+        )
     }
 }

@@ -89,11 +89,14 @@ fn solve(py: Python<'_>, a: &Array2<f64>, l: &Array2<f64>) -> PyResult<Array2<f6
     // One round of refinement: A may be badly scaled.
     let rest = l - &a.dot(&solution);
     solution += &solve(&rest)?;
-    let largest = |matrix: &Array2<f64>| matrix.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     if largest(&(a.dot(&solution) - l)) > 1e-9 * largest(l) {
         solution.fill(f64::NAN);
     }
     Ok(solution)
+}
+
+fn largest(matrix: &Array2<f64>) -> f64 {
+    matrix.iter().fold(0.0, |most, x| most.max(x.abs()))
 }
 
 fn array<'py>(py: Python<'py>, matrix: &Array2<f64>) -> Bound<'py, PyArray2<f64>> {
@@ -124,7 +127,15 @@ impl Observer {
         let l = shaped(l, "L", states, outputs)?;
         let correction = match correction {
             None => solve(py, &a, &l)?,
-            Some(given) => shaped(matrix(given, "correction")?, "correction", states, outputs)?,
+            Some(given) => {
+                let given = shaped(matrix(given, "correction")?, "correction", states, outputs)?;
+                if largest(&(a.dot(&given) - &l)) > 1e-6 * largest(&l) {
+                    return Err(PyValueError::new_err(
+                        "correction must be such that A correction = L",
+                    ));
+                }
+                given
+            }
         };
         Ok(Self { matrices: Matrices { a, b, c, l, correction } })
     }

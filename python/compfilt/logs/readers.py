@@ -15,7 +15,7 @@ import pyarrow.parquet
 
 from compfilt.logs.errors import LogError
 
-__all__ = ["FORMATS", "Columns", "LogReader", "open_log"]
+__all__ = ["FORMATS", "Columns", "LogReader", "open_log", "read_schema"]
 
 
 class LogReader(Protocol):
@@ -83,8 +83,27 @@ def open_log(
         other than numbers in a signal. The message names the column and, where it can be known, the row.
     """
     path = Path(path)
-    opener = FORMATS.get(path.suffix.lower())
-    if opener is None:
+    _check_readable(path)
+    return FORMATS[path.suffix.lower()].open(path, columns, batch_bytes, batch_rows)
+
+
+def read_schema(path: str | Path) -> pa.Schema:
+    """Read which columns a CSV or Parquet file has, and what they hold at its beginning.
+
+    Raises
+    ------
+    LogError
+        The file is not there, not readable, empty, of an unknown kind, or damaged.
+    """
+    path = Path(path)
+    _check_readable(path)
+    with _plain_errors([]):
+        return FORMATS[path.suffix.lower()].schema(path)
+
+
+def _check_readable(path: Path) -> None:
+    """Raise LogError unless there is a file of a known kind with something in it."""
+    if path.suffix.lower() not in FORMATS:
         raise LogError(f'the ending "{path.suffix}" is not known; logs end in {" or ".join(FORMATS)}')
     if path.is_dir():
         raise LogError("this is a folder, not a file")
@@ -96,7 +115,6 @@ def open_log(
         raise LogError(f"cannot be read: {error.strerror}") from None
     if empty:
         raise LogError("the file is empty")
-    return opener(path, columns, batch_bytes, batch_rows)
 
 
 class _Csv:
@@ -117,6 +135,11 @@ class _Csv:
     def batches(self) -> Iterator[pa.RecordBatch]:
         with _plain_errors(self._header):
             yield from self._reader
+
+
+def _csv_schema(path: Path) -> pa.Schema:
+    with pa.csv.open_csv(path, read_options=pa.csv.ReadOptions(use_threads=False)) as reader:
+        return reader.schema
 
 
 @contextlib.contextmanager
@@ -176,6 +199,11 @@ class _Parquet:
                 yield batch
 
 
+def _parquet_schema(path: Path) -> pa.Schema:
+    with pa.parquet.ParquetFile(path, pre_buffer=False) as file:
+        return file.schema_arrow
+
+
 @contextlib.contextmanager
 def _open_parquet(path: Path, columns: Columns, _batch_bytes: int, batch_rows: int) -> Iterator[LogReader]:
     with _plain_errors([]):
@@ -192,10 +220,14 @@ def _open_parquet(path: Path, columns: Columns, _batch_bytes: int, batch_rows: i
         yield _Parquet(file, columns, batch_rows, path.stat().st_size)
 
 
-FORMATS: dict[str, Callable[..., contextlib.AbstractContextManager[LogReader]]] = {
-    ".csv": _open_csv,
-    ".parquet": _open_parquet,
-}
+class _Format(NamedTuple):
+    """How files of one kind are read, and how their columns are."""
+
+    open: Callable[..., contextlib.AbstractContextManager[LogReader]]
+    schema: Callable[[Path], pa.Schema]
+
+
+FORMATS = {".csv": _Format(_open_csv, _csv_schema), ".parquet": _Format(_open_parquet, _parquet_schema)}
 """The endings of the files that can be read, and how."""
 
 

@@ -10,7 +10,7 @@ from compfilt.logs.errors import LogError, UsageError
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.readers import Columns, open_log
 from compfilt.logs.recipe import Recipe
-from compfilt.logs.writers import check_ending, create_log
+from compfilt.logs.writers import check_ending, check_target, create_log
 
 __all__ = ["Job", "Summary", "plan", "run_log", "run_logs"]
 
@@ -134,10 +134,7 @@ def plan(logs: Sequence[Path], out: str, *, force: bool = False) -> list[Job]:
         if target in taken:
             raise UsageError(f"{taken[target]} and {log} would both go to {target}")
         taken[target] = log
-        if target.is_dir():
-            raise UsageError(f"{target}: this is a folder, not a file")
-        if target.exists() and not force:
-            raise UsageError(f"{target}: is already there; --force replaces it")
+        check_target(target, force=force)
         if not folder:
             check_ending(target)
     if folder and Path(out).exists() and not Path(out).is_dir():

@@ -3,7 +3,7 @@
 import contextlib
 import os
 import secrets
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import IO, Any, Protocol
 
@@ -14,7 +14,7 @@ import pyarrow.parquet
 
 from compfilt.logs.errors import LogError, UsageError
 
-__all__ = ["FORMATS", "LogWriter", "check_ending", "create_log"]
+__all__ = ["FORMATS", "LogWriter", "check_ending", "check_target", "complete_file", "create_log"]
 
 ROWS_PER_GROUP = 1 << 17
 """How many rows a Parquet row group holds: small ones are slow to read, large ones take memory."""
@@ -88,17 +88,25 @@ FORMATS: dict[str, Callable[[IO[bytes], pa.Schema], LogWriter]] = {".csv": _Csv,
 """The endings of the files that can be written, and how."""
 
 
-def check_ending(path: Path) -> None:
+def check_ending(path: Path, endings: Iterable[str] = tuple(FORMATS)) -> None:
     """Raise UsageError unless the file's kind can be written."""
-    if path.suffix.lower() not in FORMATS:
+    if path.suffix.lower() not in endings:
         raise UsageError(
-            f'{path}: cannot write a file that ends in "{path.suffix}"; use {" or ".join(FORMATS)}'
+            f'{path}: cannot write a file that ends in "{path.suffix}"; use {" or ".join(endings)}'
         )
 
 
+def check_target(path: Path, *, force: bool) -> None:
+    """Raise UsageError if a folder has the name of the result, or there is one already that may not be replaced."""
+    if path.is_dir():
+        raise UsageError(f"{path}: this is a folder, not a file")
+    if path.exists() and not force:
+        raise UsageError(f"{path}: is already there; --force replaces it")
+
+
 @contextlib.contextmanager
-def create_log(path: Path, schema: pa.Schema) -> Iterator[LogWriter]:
-    """Write a CSV or Parquet file, by its ending, that appears under its name only when it is complete.
+def complete_file(path: Path) -> Iterator[IO[bytes]]:
+    """Write a file that appears under its name only when it is complete.
 
     It grows under a temporary name in the same folder. When the block ends well it is moved into place; when it ends
     with an exception, Ctrl-C among them, the temporary file is removed and whatever stood under the name stays.
@@ -112,10 +120,7 @@ def create_log(path: Path, schema: pa.Schema) -> Iterator[LogWriter]:
     try:
         # Not tempfile: its files are private to the user, while a result follows the umask like any other file.
         with temporary.open("xb") as file:
-            writer = FORMATS[path.suffix.lower()](file, schema)
-            with _abandoned_on_failure(writer):
-                yield writer
-                writer.close()
+            yield file
             file.flush()
             os.fsync(file.fileno())
         temporary.replace(path)
@@ -123,6 +128,22 @@ def create_log(path: Path, schema: pa.Schema) -> Iterator[LogWriter]:
         raise LogError(f"{path} cannot be written: {error.strerror or error}") from None
     finally:
         temporary.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def create_log(path: Path, schema: pa.Schema) -> Iterator[LogWriter]:
+    """Write a CSV or Parquet file, by its ending, as :func:`complete_file` does.
+
+    Raises
+    ------
+    LogError
+        The folder or the file cannot be written.
+    """
+    with complete_file(path) as file:
+        writer = FORMATS[path.suffix.lower()](file, schema)
+        with _abandoned_on_failure(writer):
+            yield writer
+            writer.close()
 
 
 @contextlib.contextmanager

@@ -176,7 +176,12 @@ impl<T: Real, const N: usize> GravityFilter<T, N> {
         force: &Vector3<T>,
     ) {
         let since = state.since_correction;
-        let counted = if since < self.cap { since } else { self.cap };
+        if since <= T::zero() {
+            return;
+        }
+        // A slow clock's own step counts in full.
+        let most = if gains.dt() > self.cap { gains.dt() } else { self.cap };
+        let counted = if since < most { since } else { most };
         state.since_correction = T::zero();
         // While the time since the start is short, so is the memory.
         let gains = if state.age < self.start {
@@ -233,8 +238,8 @@ impl<T: Real, const N: usize> GravityState<T, N> {
     /// Starts from a known attitude, and a specific force of standard gravity.
     pub fn from_rotation(rotation: Rotation<T>) -> Self {
         let levels = State::at_rest::<T>(rotation.up() * T::literal(9.806_65));
-        let heading = Heading { known: true, ..Heading::new() };
         let age = T::one() / T::zero();
+        let heading = Heading::given();
         Self { levels, rotation, heading, age, started: true, ..Self::new() }
     }
 

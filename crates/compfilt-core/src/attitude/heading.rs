@@ -38,12 +38,15 @@ impl<T: Real> HeadingRule<T> {
         field: Option<&Vector3<T>>,
         dt: T,
     ) -> Flags {
+        heading.since += dt;
         let Some(field) = field else { return Flags::default() };
         let up = rotation.up();
-        heading.since += dt;
         let Some(north) = direction(field).and_then(|field| horizontal(&field, &up)) else {
             return Flags::MAGNETOMETER_MISSING;
         };
+        if heading.known && heading.since <= T::zero() {
+            return Flags::default();
+        }
         if heading.known {
             let since = heading.since;
             heading.age += since;
@@ -79,5 +82,10 @@ impl<T: Real> Heading<T> {
     /// Nothing yet.
     pub(super) fn new() -> Self {
         Self { age: T::zero(), since: T::zero(), known: false }
+    }
+
+    /// Known from elsewhere, and for long.
+    pub(super) fn given() -> Self {
+        Self { age: T::one() / T::zero(), since: T::zero(), known: true }
     }
 }

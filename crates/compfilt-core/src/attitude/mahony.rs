@@ -72,8 +72,10 @@ pub struct MahonyState<T> {
     pub rate: HeldRate<T>,
     /// Seconds since the start, which shorten the filter's memory at the beginning; infinite where the attitude was given.
     pub age: T,
-    /// Seconds since the last correction.
+    /// Seconds since the last correction of the tilt.
     pub since_correction: T,
+    /// Seconds since the last correction of the heading.
+    pub since_heading: T,
     /// Whether there is an attitude.
     pub started: bool,
     /// Whether a magnetometer has set the heading.
@@ -89,6 +91,7 @@ impl<T: Real> MahonyState<T> {
             rate: HeldRate::new(),
             age: T::zero(),
             since_correction: T::zero(),
+            since_heading: T::zero(),
             started: false,
             heading_known: false,
         }
@@ -168,7 +171,11 @@ impl<T: Real, const N: usize> Mahony<T, N> {
         if up.is_none() {
             flags |= Flags::MEASUREMENT_MISSING;
         }
-        let field = magnetic_field.and_then(direction);
+        // A field along the vertical has no heading.
+        let vertical = up.unwrap_or(state.rotation.up());
+        let field = magnetic_field
+            .and_then(direction)
+            .filter(|field| horizontal(field, &vertical).is_some());
         if magnetic_field.is_some() && field.is_none() {
             flags |= Flags::MAGNETOMETER_MISSING;
         }
@@ -182,7 +189,17 @@ impl<T: Real, const N: usize> Mahony<T, N> {
         }
         let (innovation, more) = self.innovation(&state.rotation, measured);
         if let Some(innovation) = innovation {
-            self.correct(gains, state, &innovation);
+            // About the vertical the magnetometer speaks, about the others gravity: each for the time since it last did.
+            let up = state.rotation.up();
+            let yaw = up * up.dot(&innovation);
+            if measured.up.is_some() {
+                let since = core::mem::replace(&mut state.since_correction, T::zero());
+                self.correct(gains, state, &(innovation - yaw), since);
+            }
+            if field.is_some() {
+                let since = core::mem::replace(&mut state.since_heading, T::zero());
+                self.correct(gains, state, &yaw, since);
+            }
         }
         flags | more | restart_if_lost(state)
     }
@@ -214,7 +231,8 @@ impl<T: Real, const N: usize> Mahony<T, N> {
             }
         }
         if any {
-            self.correct(gains, state, &innovation);
+            let since = core::mem::replace(&mut state.since_correction, T::zero());
+            self.correct(gains, state, &innovation, since);
         } else {
             flags |= Flags::MEASUREMENT_MISSING;
         }
@@ -229,14 +247,17 @@ impl<T: Real, const N: usize> Mahony<T, N> {
         measured: Directions<T>,
     ) {
         let turn = (rate - state.bias) * dt;
-        state.rotation = match rebuilt(&state.rotation, measured) {
+        let predicted = state.rotation.turned(&turn);
+        // The measurement is of the new attitude: what it rebuilds starts from the predicted one.
+        state.rotation = match rebuilt(&predicted, measured) {
             Some(attitude) if self.form == MahonyForm::Direct => {
                 Rotation::of_turn(&attitude.to_world(&turn)).times(&state.rotation).renormalised()
             }
-            _ => state.rotation.turned(&turn),
+            _ => predicted,
         };
         state.age += dt;
         state.since_correction += dt;
+        state.since_heading += dt;
     }
 
     fn innovation(
@@ -265,8 +286,14 @@ impl<T: Real, const N: usize> Mahony<T, N> {
         (innovation, flags)
     }
 
-    fn correct(&self, gains: &Gains<T, N, 1>, state: &mut MahonyState<T>, innovation: &Vector3<T>) {
-        let since = state.since_correction;
+    /// Turns the attitude and moves the bias along an innovation that counts for the time `since`.
+    fn correct(
+        &self,
+        gains: &Gains<T, N, 1>,
+        state: &mut MahonyState<T>,
+        innovation: &Vector3<T>,
+        since: T,
+    ) {
         let mut correction = *gains.correction();
         if since != gains.dt()
             && let Ok(since) = Dt::new(since)
@@ -287,7 +314,6 @@ impl<T: Real, const N: usize> Mahony<T, N> {
                 state.bias *= self.bias_limit / size;
             }
         }
-        state.since_correction = T::zero();
     }
 }
 

@@ -29,6 +29,4 @@ pub use mahony::{Mahony, MahonyForm, MahonyState, Observation};
 pub use rest::{Rest, RestRule};
 pub use rotation::Rotation;
 pub use self_calibration::{Block, SelfCalibratingFilter, SelfCalibrationState, Slope};
-pub use smoother::{
-    Calibration, SmoothedAttitude, Smoother, SmootherBlock, Strapdown, StrapdownState,
-};
+pub use smoother::{SmoothedAttitude, Smoother, SmootherBlock, Strapdown, StrapdownState};

@@ -86,7 +86,9 @@ impl<T: Real> RestRule<T> {
             rest.gyro += (gyro - rest.gyro) * weight;
             rest.force += (force - rest.force) * weight;
         } else {
+            // The time before the first sample is nobody's.
             *rest = Rest { begun: true, gyro: *gyro, force: *force, anchor: *force, ..*rest };
+            return false;
         }
         let still = rest.gyro.iter().all(|part| part.abs() <= self.bias_limit)
             && (gyro - rest.gyro).norm_squared() < self.rate * self.rate
@@ -104,7 +106,9 @@ impl<T: Real> RestRule<T> {
             let longer = rest.rested + dt;
             rest.rested = if longer < self.bias_memory { longer } else { self.bias_memory };
             if rest.rested > T::zero() {
-                rest.bias += (rest.gyro - rest.bias) * (dt / rest.rested);
+                let weight = dt / rest.rested;
+                let weight = if weight < T::one() { weight } else { T::one() };
+                rest.bias += (rest.gyro - rest.bias) * weight;
             }
         }
         resting

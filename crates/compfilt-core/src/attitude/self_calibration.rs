@@ -5,6 +5,7 @@ use super::held_rate::HeldRate;
 use super::rest::{Rest, RestRule};
 use super::rotation::{Rotation, direction};
 use super::sensors::{Sensors, sensor_settings};
+use super::smoother::Strapdown;
 use crate::error::positive;
 use crate::linear::Flags;
 use crate::{Dt, Error, Real};
@@ -23,7 +24,8 @@ const PARAMETERS: usize = 13;
 /// `f̄` is the block's mean force and `m` the low-passed one: the second-order filter in velocity form. The sensitivities of
 /// `m` and `v` to the thirteen parameters go through the same recurrence, and each parameter moves along its own by the
 /// information about it so far; a prior holds those that the motion does not show. At rest the bias follows the gyro. `b` and
-/// the symmetric part of `M` converge; its skew part, a misalignment of gyro and accelerometer, hardly does.
+/// the symmetric part of `M` converge, the latter in minutes and held back by the prior; its skew part, a misalignment of gyro
+/// and accelerometer, hardly does.
 ///
 /// ```
 /// use compfilt_core::Dt;
@@ -53,6 +55,8 @@ pub struct SelfCalibratingFilter<T> {
     noise: T,
     /// Seconds after the start from which on parameters are learnt.
     learn_after: T,
+    /// The sensitivity errors that are known before.
+    known: Matrix3<T>,
 }
 
 impl<T: Real> SelfCalibratingFilter<T> {
@@ -75,6 +79,7 @@ impl<T: Real> SelfCalibratingFilter<T> {
             bias_walk: t(0.01) * degree,
             noise: T::one(),
             learn_after: t(3.0),
+            known: Matrix3::zeros(),
         })
     }
 
@@ -90,13 +95,35 @@ impl<T: Real> SelfCalibratingFilter<T> {
         Ok(Self { prior, ..self })
     }
 
+    /// Sensitivity errors that are known before: the prior's centre.
+    #[must_use]
+    pub fn calibrated(self, known: Matrix3<T>) -> Self {
+        Self { known, ..self }
+    }
+
+    /// The sensitivity errors `M`: the gyro reads `M ω` too much.
+    pub fn matrix(&self, state: &SelfCalibrationState<T>) -> Matrix3<T> {
+        self.known + state.matrix
+    }
+
+    /// A strapdown with what was learnt, for the [`Smoother`](super::Smoother).
+    pub fn strapdown(&self, state: &SelfCalibrationState<T>) -> Strapdown<T> {
+        let delay = self.sensors.delay + state.delay;
+        Strapdown::new(
+            state.rest.bias,
+            self.matrix(state),
+            Sensors { delay, ..self.sensors },
+            self.block,
+        )
+    }
+
     /// The attitude, from body to world, and the world's up in body axes, both turned ahead; `None` before the start.
     pub fn attitude(&self, state: &SelfCalibrationState<T>) -> Option<(Rotation<T>, Vector3<T>)> {
         let up = state.up()?;
         if self.sensors.advance == T::zero() {
             return Some((state.rotation, up));
         }
-        let rate = state.rate.value - state.rest.bias - state.matrix * state.rate.value;
+        let rate = state.rate.value - state.rest.bias - self.matrix(state) * state.rate.value;
         let turn = Rotation::of_turn(&(rate * self.sensors.advance));
         Some((state.rotation.times(&turn).renormalised(), turn.to_body(&up)))
     }
@@ -114,8 +141,11 @@ impl<T: Real> SelfCalibratingFilter<T> {
         let dt = dt.seconds();
         let (held, mut flags) = state.rate.take(gyro, dt, self.sensors.hold);
         let lost = flags.contains(Flags::DERIVATIVE_MISSING);
-        let rate =
-            if lost { Vector3::zeros() } else { held - state.rest.bias - state.matrix * held };
+        let rate = if lost {
+            Vector3::zeros()
+        } else {
+            held - state.rest.bias - self.matrix(state) * held
+        };
         let there = self.sensors.is_there(specific_force);
         if !there {
             flags |= Flags::MEASUREMENT_MISSING;
@@ -307,7 +337,7 @@ pub struct SelfCalibrationState<T> {
     pub velocity: Vector3<T>,
     /// From body to world: x east, y north, z up; heading 0 at the start where there is no magnetometer.
     pub rotation: Rotation<T>,
-    /// The sensitivity errors `M`: the gyro reads `M ω` too much.
+    /// What was learnt of the sensitivity errors, to be added to those known before.
     pub matrix: Matrix3<T>,
     /// What was learnt of the delay in s, to be added to the filter's.
     pub delay: T,
@@ -354,16 +384,10 @@ impl<T: Real> SelfCalibrationState<T> {
         }
     }
 
-    /// The same with sensitivity errors that are known from before.
-    #[must_use]
-    pub fn calibrated(self, matrix: Matrix3<T>) -> Self {
-        Self { matrix, ..self }
-    }
-
     /// Starts from a known attitude, and a specific force of standard gravity.
     pub fn from_rotation(rotation: Rotation<T>) -> Self {
         let mean = rotation.up() * T::literal(9.806_65);
-        let heading = Heading { known: true, ..Heading::new() };
+        let heading = Heading::given();
         Self {
             mean,
             rotation,

@@ -3,29 +3,20 @@
 use super::heading::{Heading, HeadingRule};
 use super::held_rate::HeldRate;
 use super::rotation::{Rotation, direction};
+use super::sensors::Sensors;
 use crate::error::positive;
 use crate::linear::Flags;
 use crate::{Dt, Error, Real};
 use nalgebra::{Matrix3, Vector3};
 
-/// What is known of the sensors after a forward pass of the [`SelfCalibratingFilter`](super::SelfCalibratingFilter).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Calibration<T> {
-    /// The gyro's bias in rad/s.
-    pub bias: Vector3<T>,
-    /// Its sensitivity errors.
-    pub matrix: Matrix3<T>,
-    /// How far in s the force is moved ahead.
-    pub delay: T,
-}
-
-/// A strapdown with a fixed calibration that averages the force in the gyro's frame over blocks.
+/// A strapdown with a fixed calibration, made by
+/// [`SelfCalibratingFilter::strapdown`](super::SelfCalibratingFilter::strapdown), that averages the force in the gyro's frame over blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strapdown<T> {
-    calibration: Calibration<T>,
+    bias: Vector3<T>,
+    matrix: Matrix3<T>,
+    sensors: Sensors<T>,
     block: T,
-    hold: T,
-    gap: T,
 }
 
 /// The state of a [`Strapdown`].
@@ -67,12 +58,11 @@ impl<T: Real> Default for StrapdownState<T> {
 }
 
 impl<T: Real> Strapdown<T> {
-    /// With blocks of 0.1 s; a missing gyro sample is held for `hold` seconds, a gap of more than 1 s begins a new segment.
-    pub fn new(calibration: Calibration<T>, hold: T) -> Self {
-        Self { calibration, block: T::literal(0.1), hold, gap: T::one() }
+    pub(super) fn new(bias: Vector3<T>, matrix: Matrix3<T>, sensors: Sensors<T>, block: T) -> Self {
+        Self { bias, matrix, sensors, block }
     }
 
-    /// One sample after the time `dt`; the block that it ends, if it ends one. A force that is not finite is left out.
+    /// One sample after the time `dt`; the block that it ends, if it ends one. A force that is missing is left out.
     pub fn step(
         &self,
         dt: Dt<T>,
@@ -81,21 +71,26 @@ impl<T: Real> Strapdown<T> {
         force: &Vector3<T>,
     ) -> Option<SmootherBlock<T>> {
         let dt = dt.seconds();
-        let Calibration { bias, matrix, delay } = self.calibration;
-        let (held, _) = state.rate.take(gyro, dt, self.hold);
-        let rate =
-            if state.rate.age > self.hold { Vector3::zeros() } else { held - bias - matrix * held };
-        if dt > self.gap {
-            (state.force, state.force_time, state.block_time) =
-                (Vector3::zeros(), T::zero(), T::zero());
-            state.segment = state.segment.wrapping_add(1);
-        }
+        let Self { bias, matrix, sensors, .. } = self;
+        let (held, _) = state.rate.take(gyro, dt, sensors.hold);
+        let rate = if state.rate.age > sensors.hold {
+            Vector3::zeros()
+        } else {
+            held - bias - matrix * held
+        };
         state.turn = Rotation::of_turn(&(rate * dt));
         state.frame = state.frame.times(&state.turn).renormalised();
         state.time += dt;
+        if dt > sensors.gap {
+            // What happened in a gap is unknown, and no sample stands for it.
+            (state.force, state.force_time, state.block_time) =
+                (Vector3::zeros(), T::zero(), T::zero());
+            state.segment = state.segment.wrapping_add(1);
+            return None;
+        }
         state.block_time += dt;
-        if direction(force).is_some() {
-            state.force += state.frame.to_world(&(force - rate.cross(force) * delay)) * dt;
+        if sensors.is_there(force) {
+            state.force += state.frame.to_world(&(force - rate.cross(force) * sensors.delay)) * dt;
             state.force_time += dt;
         }
         let half = T::literal(0.5);
@@ -217,10 +212,24 @@ impl<T: Real> Smoother<T> {
         block.last = x;
     }
 
-    /// The smoothed force at a time since the first sample, linear between the blocks' middles; `near` is where the search
-    /// begins, and is moved on. `None` without blocks.
-    pub fn at(blocks: &[SmootherBlock<T>], near: &mut usize, time: T) -> Option<Vector3<T>> {
-        while blocks.get(*near + 1).is_some_and(|next| next.middle <= time) {
+    /// The smoothed force at a time since the first sample, linear between the middles of a segment's blocks; `near` is where
+    /// the search begins, and is moved on. `None` without blocks.
+    fn at(
+        blocks: &[SmootherBlock<T>],
+        near: &mut usize,
+        time: T,
+        segment: u32,
+    ) -> Option<Vector3<T>> {
+        let before = |block: &SmootherBlock<T>| {
+            block.segment < segment || block.segment == segment && block.middle <= time
+        };
+        while blocks.get(*near + 1).is_some_and(before) {
+            *near += 1;
+        }
+        // The first half block of a segment is nearer to its own first block than to the last of the one before.
+        if blocks.get(*near).is_some_and(|here| here.segment < segment)
+            && blocks.get(*near + 1).is_some_and(|next| next.segment == segment)
+        {
             *near += 1;
         }
         let here = blocks.get(*near)?;
@@ -260,9 +269,15 @@ pub struct SmoothedAttitude<T> {
 }
 
 impl<T: Real> SmoothedAttitude<T> {
-    /// Before the first sample.
-    pub fn new() -> Self {
-        Self { rotation: Rotation::identity(), up: Vector3::z(), heading: Heading::new(), near: 0 }
+    /// Before the first sample, with a rotation whose heading is to be kept.
+    pub fn new(rotation: Option<Rotation<T>>) -> Self {
+        let heading = if rotation.is_some() { Heading::given() } else { Heading::new() };
+        Self {
+            rotation: rotation.unwrap_or(Rotation::identity()),
+            up: Vector3::z(),
+            heading,
+            near: 0,
+        }
     }
 
     /// One sample after the strapdown's step of `dt`, which must have begun anew: the force at the middle of the step. The
@@ -277,16 +292,10 @@ impl<T: Real> SmoothedAttitude<T> {
     ) -> Option<Flags> {
         let dt = dt.seconds();
         let time = strapdown.time - dt * T::literal(0.5);
-        let force = Smoother::at(blocks, &mut self.near, time)?;
+        let force = Smoother::at(blocks, &mut self.near, time, strapdown.segment)?;
         self.up = strapdown.frame.to_body(&direction(&force)?);
         let turned = self.rotation.times(&strapdown.turn);
         self.rotation = turned.levelled(&self.up).unwrap_or(turned).renormalised();
         Some(heading.update(&mut self.heading, &mut self.rotation, magnetic_field, dt))
-    }
-}
-
-impl<T: Real> Default for SmoothedAttitude<T> {
-    fn default() -> Self {
-        Self::new()
     }
 }

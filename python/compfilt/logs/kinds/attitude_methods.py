@@ -19,6 +19,7 @@ _GRAVITY = (
     "tau",
     "zeta",
     "gyro_delay",
+    "advance",
     "heading_tau",
     "acc_range",
     "rest_time",
@@ -37,6 +38,7 @@ _METHODS = {
 _DIMENSIONS = {
     "tau": TIME,
     "gyro_delay": TIME,
+    "advance": TIME,
     "heading_tau": TIME,
     "rest_time": TIME,
     "rest_rate": ANGULAR_RATE,
