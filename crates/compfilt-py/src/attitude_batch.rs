@@ -43,6 +43,11 @@ pub(crate) trait Filter<T: Scalar>: Send + Sync {
         None
     }
 
+    /// The delay that it works with in s, where it learns that.
+    fn delay(&self) -> Option<T> {
+        None
+    }
+
     fn store(&self) -> Numbers;
     fn restore(&mut self, numbers: &Numbers) -> bool;
     fn reset(&mut self, attitude: Option<Rotation<T>>);

@@ -6,6 +6,7 @@ use crate::batch::Steps;
 use crate::precision::InPrecision;
 use crate::session::{Handling, steps};
 use crate::state::State;
+use compfilt_core::Real;
 use compfilt_core::attitude::Rotation;
 use compfilt_core::nalgebra::{Matrix3, Vector3};
 use numpy::ndarray::Array2;
@@ -68,6 +69,7 @@ pub(crate) struct Arrays<'py> {
     pub(crate) bias: Bound<'py, PyAny>,
     pub(crate) at_rest: Bound<'py, PyAny>,
     pub(crate) calibration: Option<Bound<'py, PyAny>>,
+    pub(crate) delay: Option<f64>,
     pub(crate) flags: Bound<'py, PyArray1<u8>>,
 }
 
@@ -118,6 +120,7 @@ pub(crate) fn fill<'py, T: Scalar>(
         bias: bias.into_any(),
         at_rest: at_rest.into_any(),
         calibration: None,
+        delay: None,
         flags,
     };
     Ok((arrays, time))
@@ -170,6 +173,7 @@ impl<T: Scalar> Session<T> {
             fill(py, signals, handling, self.fs, self.time, |block| runner.block(block))?;
         self.time = time;
         arrays.calibration = self.runner.calibration().map(|matrix| rows(py, &matrix));
+        arrays.delay = self.runner.delay().map(Real::to_f64);
         Ok(arrays)
     }
 

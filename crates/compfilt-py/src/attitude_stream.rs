@@ -27,6 +27,8 @@ use pyo3::types::PyDict;
 ///     Whether the filter takes the body to be at rest; False where it does not look for that.
 /// calibration : ndarray, shape (3, 3), or None
 ///     The gyro's sensitivity errors M after the last sample, where the filter learns them: the gyro reads bias + M rate too much.
+/// gyro_delay : float or None
+///     The delay in seconds after the last sample, where the filter learns it.
 /// flags : ndarray of uint8, shape (n,)
 ///     A set of :class:`Flags` a sample.
 /// counts : dict
@@ -52,6 +54,8 @@ pub(crate) struct AttitudeEstimate {
     #[pyo3(get)]
     calibration: Option<Py<PyAny>>,
     #[pyo3(get)]
+    gyro_delay: Option<f64>,
+    #[pyo3(get)]
     flags: Py<PyArrayDyn<u8>>,
     #[pyo3(get)]
     state: Py<State>,
@@ -65,6 +69,7 @@ impl AttitudeEstimate {
             gyro_bias: arrays.bias.unbind(),
             at_rest: arrays.at_rest.unbind(),
             calibration: arrays.calibration.map(Bound::unbind),
+            gyro_delay: arrays.delay,
             flags: arrays.flags.to_dyn().clone().unbind(),
             state: Py::new(py, state)?,
         })

@@ -117,6 +117,10 @@ impl<T: Scalar> Filter<T> for SelfCalibrating<T> {
         Some(Output { rotation, up, bias: rest.bias, at_rest: resting })
     }
 
+    fn delay(&self) -> Option<T> {
+        Some(self.filter.total_delay(&self.state))
+    }
+
     fn calibration(&self) -> Option<Matrix3<T>> {
         Some(self.filter.matrix(&self.state))
     }

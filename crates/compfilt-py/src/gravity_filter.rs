@@ -447,6 +447,7 @@ impl GravityFilter {
         let offline = Offline { smoother, heading, initial };
         let work = |block: Block<'_, f64>| smooth(&mut filter, &offline, block);
         let (mut arrays, time) = fill(py, &signals, handling, fs, None, work)?;
+        arrays.delay = filter.delay();
         arrays.calibration = filter.calibration().map(|matrix| rows(py, &matrix));
         if let Precision::Single = signals.precision() {
             arrays.narrow()?;

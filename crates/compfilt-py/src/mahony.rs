@@ -24,10 +24,11 @@ use pyo3::types::PyDict;
 ///     q- = q * exp(dt (w - b) / 2),    q = q- * exp(L_1 e / 2),    b = b - L_2 e
 ///
 /// with the linear filter's gains L at the time step, so that small errors obey it. The innovation e compares the measured up
-/// (the specific force) and north (the magnetic field's horizontal part, which therefore never tilts the estimate) with the
-/// estimate's. ``explicit`` sums the cross products of the directions, ``passive`` rebuilds an attitude from them and compares
-/// that, ``direct`` lets the gyro turn the estimate through the rebuilt attitude. With gravity alone all three have the same
-/// innovation, and yaw is the gyro's. The estimate converges from everywhere but the unstable equilibria at a turn of exactly
+/// (the specific force) and north (the magnetic field's horizontal part) with the estimate's. ``explicit`` sums the cross products
+/// of the directions: the field never tilts the estimate. ``passive`` rebuilds an attitude from them and compares that.
+/// ``direct`` also lets the gyro turn the estimate through the rebuilt attitude, unfiltered: with accelerations it is far worse
+/// than the others. With gravity alone all three have the same innovation, and yaw is the gyro's. The estimate converges from
+/// everywhere but the unstable equilibria at a turn of exactly
 /// 180 degrees. At the start the measurements are averaged until that takes longer than the filter's own memory. Source:
 /// R. Mahony, T. Hamel, J.-M. Pflimlin, 2008.
 ///

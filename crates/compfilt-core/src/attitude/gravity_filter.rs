@@ -120,6 +120,7 @@ impl<T: Real, const N: usize> GravityFilter<T, N> {
     ) -> Flags {
         let dt = gains.dt();
         let (held, mut flags) = state.rate.take(gyro, dt, self.sensors.hold);
+        let fresh = flags == Flags::default();
         // A gyro that has been missing for long stands still, whatever its bias is.
         let rate = if flags.contains(Flags::DERIVATIVE_MISSING) {
             Vector3::zeros()
@@ -134,6 +135,7 @@ impl<T: Real, const N: usize> GravityFilter<T, N> {
             state.renew();
             flags |= Flags::RESTARTED;
         }
+        let force = specific_force - rate.cross(specific_force) * self.sensors.delay;
         let turn = Rotation::of_turn(&(rate * dt));
         state.rotation = state.rotation.times(&turn).renormalised();
         if state.started {
@@ -143,16 +145,15 @@ impl<T: Real, const N: usize> GravityFilter<T, N> {
             state.age += dt;
             state.since_correction += dt;
             if there {
-                let force = specific_force - rate.cross(specific_force) * self.sensors.delay;
                 self.correct(gains, state, &force);
             }
         } else if there {
-            state.levels = State::at_rest::<T>(*specific_force);
+            state.levels = State::at_rest::<T>(force);
             state.started = true;
         } else {
             flags |= Flags::NOT_STARTED;
         }
-        if there && state.rate.age == T::zero() {
+        if there && fresh {
             state.resting = self.rest.update(&mut state.rest, gyro, specific_force, dt);
         } else {
             state.rest.disturb();

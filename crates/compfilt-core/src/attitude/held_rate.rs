@@ -2,7 +2,10 @@
 
 use crate::Real;
 use crate::linear::Flags;
-use nalgebra::{ComplexField, Vector3};
+use nalgebra::Vector3;
+
+/// No gyro reads this in rad/s: a larger rate is missing, and so is one that is not a number.
+const FASTEST: f64 = 1e6;
 
 /// The last rate in rad/s and its age in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +24,7 @@ impl<T: Real> HeldRate<T> {
 
     /// The new rate if it is there, otherwise the last for as long as `hold` seconds, then zero.
     pub(super) fn take(&mut self, rate: &Vector3<T>, dt: T, hold: T) -> (Vector3<T>, Flags) {
-        if rate.iter().all(ComplexField::is_finite) {
+        if rate.iter().all(|part| part.abs() < T::literal(FASTEST)) {
             *self = Self { value: *rate, age: T::zero() };
             return (*rate, Flags::default());
         }

@@ -25,10 +25,11 @@ pub enum MahonyForm {
 /// q⁻ = q ⊗ exp(½ dt (Ω - b̂)),    q = q⁻ ⊗ exp(½ L_1 ω),    b̂ = b̂ - L_2 ω
 /// ```
 ///
-/// `L_1`, `L_2` are the linear filter's gains at the sample period, so that small errors obey it exactly in the passive and the
-/// direct form; in the explicit form two orthogonal directions count twice about their common normal. The measured directions are up (the specific force) and north (the
-/// horizontal part of the magnetic field, which therefore never tilts the estimate); with gravity alone all three forms have
-/// the same innovation, and yaw is the gyro's. From every attitude the estimate converges, but for the unstable equilibria at
+/// `L_1`, `L_2` are the linear filter's gains at the sample period, so that small errors obey it. The measured directions are up
+/// (the specific force) and north (the horizontal part of the magnetic field: in the explicit form it never tilts the estimate;
+/// in the others a wrong heading changes how fast tilt is corrected, and in the direct form it also turns the gyro's rate). With
+/// gravity alone all three forms have the same innovation, and yaw is the gyro's. The direct form turns the gyro's rate through
+/// the measurement as it is, unfiltered: with accelerations it is far worse than the others. From every attitude the estimate converges, but for the unstable equilibria at
 /// a turn of exactly 180°, where the innovation vanishes. Source: R. Mahony, T. Hamel, J.-M. Pflimlin, 2008.
 ///
 /// ```
@@ -166,7 +167,9 @@ impl<T: Real, const N: usize> Mahony<T, N> {
     ) -> Flags {
         let dt = gains.dt();
         let (rate, mut flags) = state.rate.take(gyro, dt, self.sensors.hold);
-        let there = self.sensors.is_there(specific_force);
+        // A gyro that has been missing for long stands still, whatever its bias is.
+        let rate = if flags.contains(Flags::DERIVATIVE_MISSING) { state.bias } else { rate };
+        let there = self.sensors.has_direction(specific_force);
         let up = direction(specific_force).filter(|_| there);
         if up.is_none() {
             flags |= Flags::MEASUREMENT_MISSING;
@@ -183,7 +186,8 @@ impl<T: Real, const N: usize> Mahony<T, N> {
         if !state.started {
             return flags | begin(state, measured);
         }
-        self.predict(state, &rate, dt, measured);
+        let heading = measured.field.filter(|_| state.heading_known);
+        self.predict(state, &rate, dt, Directions { field: heading, ..measured });
         if let Some(field) = field.filter(|_| !state.heading_known) {
             turn_to_north(state, &field);
         }
@@ -215,6 +219,8 @@ impl<T: Real, const N: usize> Mahony<T, N> {
     ) -> Flags {
         let dt = gains.dt();
         let (rate, mut flags) = state.rate.take(gyro, dt, self.sensors.hold);
+        // A gyro that has been missing for long stands still, whatever its bias is.
+        let rate = if flags.contains(Flags::DERIVATIVE_MISSING) { state.bias } else { rate };
         if !state.started {
             return flags | Flags::NOT_STARTED;
         }
@@ -266,8 +272,12 @@ impl<T: Real, const N: usize> Mahony<T, N> {
         measured: Directions<T>,
     ) -> (Option<Vector3<T>>, Flags) {
         let up = rotation.up();
-        let opposite =
-            measured.up.is_some_and(|measured| measured.dot(&up) < T::literal(-0.999_999));
+        let north = measured.field.and_then(|field| horizontal(&field, &up));
+        let estimated = rotation.to_body(&Vector3::y());
+        let is_opposite = |measured: Option<Vector3<T>>, estimated: &Vector3<T>| {
+            measured.is_some_and(|measured| measured.dot(estimated) < T::literal(-0.999_999))
+        };
+        let opposite = is_opposite(measured.up, &up) || is_opposite(north, &estimated);
         let flags = if opposite { Flags::AMBIGUOUS } else { Flags::default() };
         if self.form != MahonyForm::Explicit
             && let Some(attitude) = rebuilt(rotation, measured)
@@ -277,8 +287,7 @@ impl<T: Real, const N: usize> Mahony<T, N> {
             return (Some((turn.v + turn.v) * turn.w), flags);
         }
         let tilt = measured.up.map(|measured| measured.cross(&up));
-        let north = measured.field.and_then(|field| horizontal(&field, &up));
-        let yaw = north.map(|north| north.cross(&rotation.to_body(&Vector3::y())));
+        let yaw = north.map(|north| north.cross(&estimated));
         let innovation = match (tilt, yaw) {
             (Some(tilt), Some(yaw)) => Some(tilt + yaw),
             (tilt, yaw) => tilt.or(yaw),

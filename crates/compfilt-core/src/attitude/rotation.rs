@@ -154,7 +154,7 @@ impl<T: Real> Rotation<T> {
     }
 }
 
-/// `tan(|turn|/2)` along `turn`, by its series: to 4e-12 of itself up to a quarter of a radian.
+/// `tan(|turn|/2)` along `turn`, by its series: to 1e-11 of itself up to a quarter of a radian.
 pub(super) fn half_tangent<T: Real>(turn: &Vector3<T>) -> Vector3<T> {
     let square = turn.norm_squared();
     let series = [31.0 / 725_760.0, 17.0 / 40_320.0, 1.0 / 240.0, 1.0 / 24.0, 0.5];

@@ -106,9 +106,14 @@ impl<T: Real> SelfCalibratingFilter<T> {
         self.known + state.matrix
     }
 
+    /// How far in s the force is moved ahead by now.
+    pub fn total_delay(&self, state: &SelfCalibrationState<T>) -> T {
+        self.sensors.delay + state.delay
+    }
+
     /// A strapdown with what was learnt, for the [`Smoother`](super::Smoother).
     pub fn strapdown(&self, state: &SelfCalibrationState<T>) -> Strapdown<T> {
-        let delay = self.sensors.delay + state.delay;
+        let delay = self.total_delay(state);
         Strapdown::new(
             state.rest.bias,
             self.matrix(state),
@@ -140,6 +145,7 @@ impl<T: Real> SelfCalibratingFilter<T> {
     ) -> Flags {
         let dt = dt.seconds();
         let (held, mut flags) = state.rate.take(gyro, dt, self.sensors.hold);
+        let fresh = flags == Flags::default();
         let lost = flags.contains(Flags::DERIVATIVE_MISSING);
         let rate = if lost {
             Vector3::zeros()
@@ -165,10 +171,8 @@ impl<T: Real> SelfCalibratingFilter<T> {
         } else {
             flags |= Flags::NOT_STARTED;
         }
-        let resting = there
-            && state.rate.age == T::zero()
-            && self.rest.update(&mut state.rest, gyro, specific_force, dt);
-        if !there || state.rate.age > T::zero() {
+        let resting = there && fresh && self.rest.update(&mut state.rest, gyro, specific_force, dt);
+        if !(there && fresh) {
             state.rest.disturb();
         }
         state.resting = resting;
@@ -195,7 +199,7 @@ impl<T: Real> SelfCalibratingFilter<T> {
         let block = core::mem::replace(&mut state.block, Block::new());
         let time = block.time;
         let Some((force, ahead)) = block.means() else { return };
-        let force = force + ahead * (self.sensors.delay + state.delay);
+        let force = force + ahead * self.total_delay(state);
         if !state.settled {
             state.settled = true;
             state.mean = force;

@@ -5,6 +5,9 @@ use crate::error::positive;
 use crate::{Error, Real, Rule};
 use nalgebra::Vector3;
 
+/// No accelerometer reads this in m/s².
+const STRONGEST: f64 = 1e6;
+
 /// The properties of a gyro and an accelerometer, and what to do where one is missing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sensors<T> {
@@ -42,8 +45,13 @@ impl<T: Real> Sensors<T> {
         Ok(Self { force_range: Some(positive("force_range", force_range)?), ..self })
     }
 
-    /// Whether a sample of the accelerometer is there: finite, with a direction, not clipped.
+    /// Whether a sample of the accelerometer in m/s² is there: with a direction, not clipped, and of a size that is one.
     pub(super) fn is_there(&self, force: &Vector3<T>) -> bool {
+        self.has_direction(force) && force.amax() < T::literal(STRONGEST)
+    }
+
+    /// The same where the length does not matter.
+    pub(super) fn has_direction(&self, force: &Vector3<T>) -> bool {
         direction(force).is_some() && !self.force_range.is_some_and(|range| force.amax() >= range)
     }
 }
