@@ -9,6 +9,7 @@ Conventions
 * ``Samples`` holds (n, 3) arrays and the time step that ends at each sample. NaN, infinity and a vector of zeros are missing.
 * The first step begins at the start attitude. Without one, the first specific force is the start, and nothing is predicted before it.
 * A step of no time predicts nothing, and a correction after no time has no gain.
+* A rate of 1e6 rad/s or more is missing, and so is a force of 1e6 m/s^2 or more where its size counts.
 * Flags are the bits of docs/conventions.md.
 """
 
@@ -24,6 +25,7 @@ import reference as linear
 
 EAST, NORTH, UP = np.eye(3)
 G = 9.80665
+FASTEST = STRONGEST = 1e6
 
 ACC_MISSING, GYR_HELD, GYR_MISSING, NOT_STARTED, RESTARTED, MAG_MISSING, AMBIGUOUS = 1, 2, 4, 8, 16, 64, 128
 
@@ -46,6 +48,12 @@ def smallest_turn(start, end):
     if sine == 0:
         return np.eye(3) if cosine > 0 else None
     return exp(axis / sine * math.atan2(sine, cosine))
+
+
+def half_turn_across(vector):
+    """One of the half turns that take a unit vector to its opposite."""
+    across = np.cross(vector, np.eye(3)[np.abs(vector).argmin()])
+    return exp(math.pi * across / np.linalg.norm(across))
 
 
 def vee(skew):
@@ -244,7 +252,7 @@ class HeldRate:
 
     def take(self, gyr, dt):
         """The rate and its flag."""
-        if np.isfinite(gyr).all():
+        if np.abs(gyr).max() < FASTEST:
             self.value, self.age = gyr, 0.0
             return gyr, 0
         self.age += dt
@@ -295,7 +303,7 @@ class Mahony(Filter):
     * w is v x v^ for the vertical, plus the same for the horizontal north across the estimated vertical (explicit), or
       vee(1/2 (R~ - R~')) with R~ = R-' R_y (passive, direct).
     * R_y has the measured vertical, and the measured north or, without one, the smallest turn from the attitude that the gyro predicts.
-    * The first field sets the heading.
+    * The first field sets the heading; before it, a field rebuilds nothing.
     """
 
     def __init__(self, kp, ki=0.0, form="explicit", *, bias_limit=0.1, acc_range=math.inf, hold=0.1):
@@ -320,7 +328,8 @@ class Mahony(Filter):
             flags |= MAG_MISSING
         if not self.started:
             return flags | self.begin(up, north)
-        self.predict((rate - self.bias) * dt, up, north)
+        moving = np.zeros(3) if flags & GYR_MISSING else rate - self.bias
+        self.predict(moving * dt, up, north if self.heading_known else None)
         self.age += dt
         self.since_tilt += dt
         self.since_heading += dt
@@ -462,8 +471,8 @@ class GravityFilter(Filter):
     x_i = exp(-[w dt]x) x_i, then one backward Euler step of the linear filter with y = f - gyro_delay w x f and no input.
 
     * The design has omega0 = sqrt(2)/tau: order 2 with a damping ratio, other orders by Butterworth.
-    * At the time t after the start the filter is at least as fast as one with all poles at -2/t: up to order 2 each coefficient is the
-      larger of both filters', above that the filter is the one with the larger product of poles.
+    * At the start the filter is faster. Up to order 2 each coefficient is at least that of a filter with all poles at -2/t; above that
+      x_0 is the mean of all so far, until 2/t is as slow as the slower of the poles' mean and their geometric mean.
     * A correction counts for its own step, after missing samples for no more than 0.1 s; after a step of more than 1 s the vertical
       starts anew.
     * The attitude is turned by the gyro, and then by the smallest turn that brings x_0 up.
@@ -519,7 +528,7 @@ class GravityFilter(Filter):
         held, flags = self.rate.take(gyr, dt)
         rate = held if flags & GYR_MISSING else held - self.bias
         self.moving = not flags & GYR_MISSING
-        there = unit(acc) is not None and np.abs(acc).max() < self.acc_range
+        there = unit(acc) is not None and np.abs(acc).max() < min(self.acc_range, STRONGEST)
         if dt > self.gap and self.started:
             self.started, self.age, self.since = False, 0.0, 0.0
             self.rest.renew()
@@ -528,7 +537,7 @@ class GravityFilter(Filter):
         self.R = self.R @ turn
         force = acc - self.delay * np.cross(rate, acc) if there else None
         flags |= (0 if there else ACC_MISSING) | self.follow(force, turn, dt)
-        if there and np.isfinite(gyr).all():
+        if there and not flags & (GYR_HELD | GYR_MISSING):
             self.resting = self.rest.sees(gyr, acc, dt)
         else:
             self.rest.disturb()
@@ -537,7 +546,7 @@ class GravityFilter(Filter):
         if not self.started:
             return flags
         level = smallest_turn(self.up, self.R[2])
-        self.R = self.R @ (exp(math.pi * EAST) if level is None else level)
+        self.R = self.R @ (half_turn_across(self.up) if level is None else level)
         return flags | self.turn_to_north(mag, dt)
 
     def follow(self, force, turn, dt):
@@ -553,21 +562,27 @@ class GravityFilter(Filter):
         self.since += dt
         if force is None:
             return 0
-        counted, self.since = max(dt, min(self.since, self.cap)), 0.0
-        if counted:
+        since, counted, self.since = self.since, max(dt, min(self.since, self.cap)), 0.0
+        if counted and self.averages():
+            self.levels[0] += (force - self.levels[0]) * since / (self.age + since)
+        elif counted:
             design = self.quickened()
             A, kappa = linear.closed_loop(design), linear.matrices(design)[2]
             right = self.levels + counted * np.outer(kappa, force)
             self.levels = np.linalg.solve(np.eye(len(A)) - counted * A, right)
         return 0
 
+    def averages(self):
+        """Whether a filter of higher order is still at its start."""
+        own = self.design.polynomial
+        order = len(own) - 1
+        return order > 2 and self.age < self.start / min(own[1] / order, own[-1] ** (1.0 / order))
+
     def quickened(self):
         """The design, or one that is as fast as the start asks for."""
-        own, critical = self.design.polynomial, np.poly([-self.start / self.age] * self.design.order)
-        if len(own) <= 3:
-            own = np.maximum(own, critical)
-        elif own[-1] < critical[-1]:
-            own = critical
+        own, order = self.design.polynomial, self.design.order
+        if order <= 2:
+            own = np.maximum(own, np.poly([-self.start / self.age] * order))
         return linear.Design(tuple(own[1:]), 1, self.design.split)
 
     def turn_to_north(self, mag, dt):

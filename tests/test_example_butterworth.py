@@ -3,12 +3,13 @@
 import csv
 from pathlib import Path
 
-import butterworth_experiment
-import butterworth_family
-import butterworth_simulation
 import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_lyapunov
+
+import butterworth_experiment
+import butterworth_family
+import butterworth_simulation
 
 pytest.importorskip("matplotlib")
 

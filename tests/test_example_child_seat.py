@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
+import compfilt as cf
 import seat_filters
 import seat_log
 import seat_sample_rate
-
-import compfilt as cf
 
 pytest.importorskip("matplotlib")
 

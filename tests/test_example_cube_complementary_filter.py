@@ -3,19 +3,19 @@
 import csv
 from pathlib import Path
 
-import angle_and_rate_filters
-import design_rule
 import numpy as np
 import pytest
+from scipy.signal import lfilter
+
+import accuracy
+import angle_and_rate_filters
+import compfilt as cf
+import design_rule
 import rule_at_rest
 import rule_in_motion
 import rule_recordings
 import swinging_cube
 import unequal_time_constants
-from scipy.signal import lfilter
-
-import accuracy
-import compfilt as cf
 
 pytest.importorskip("matplotlib")
 

@@ -3,6 +3,10 @@
 import csv
 import itertools
 
+import numpy as np
+import pytest
+
+import compfilt as cf
 import corner_cube
 import corner_filters
 import corner_layouts
@@ -12,10 +16,6 @@ import corner_rates
 import corner_sensors
 import corner_slips
 import corner_tables
-import numpy as np
-import pytest
-
-import compfilt as cf
 from compfilt.motion import GRAVITY
 
 pytest.importorskip("matplotlib")

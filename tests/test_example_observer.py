@@ -9,15 +9,15 @@ import pytest
 pytest.importorskip("matplotlib")
 pytest.importorskip("scipy")
 
+from matplotlib import image
+from scipy import linalg, signal
+
 import edge_cube
 import edge_designs
 import edge_estimators
 import edge_loops
 import edge_simulation
 import edge_study
-from matplotlib import image
-from scipy import linalg, signal
-
 from compfilt.motion import GRAVITY
 
 OBSERVERS = [

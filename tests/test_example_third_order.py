@@ -2,14 +2,14 @@
 
 import csv
 
-import figure_of_eight
 import numpy as np
-import position_filters
 import pytest
-import sign_of_the_figure
 from scipy import linalg, signal
 
 import compfilt as cf
+import figure_of_eight
+import position_filters
+import sign_of_the_figure
 
 pytest.importorskip("matplotlib")
 

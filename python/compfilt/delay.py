@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from compfilt._core import GravityFilter
+from compfilt.flags import Flags
 
 __all__ = ["find_gyro_delay"]
 
@@ -17,6 +18,8 @@ TAU = 5.0
 """Memory of the filter that looks for the delay, in s."""
 SETTLED = 9.0
 """How long after the start the rows begin, in s."""
+LOST = 30.0
+"""How long after a lost gyro they begin again, in s: four times as long as the filter's error takes to decay."""
 EVERY = 0.1
 """How far apart the rows of the fit are, in s."""
 PRIOR = 0.005
@@ -92,7 +95,10 @@ def _rows(gyr: npt.ArrayLike, acc: npt.ArrayLike, fs: float) -> tuple[Array, Arr
     moved = GravityFilter(tau=TAU, gyro_delay=step)._velocity(gyr, acc, fs=fs)  # noqa: SLF001
     estimate = plain.estimate(gyr, acc, fs=fs)
     at = np.arange(math.ceil(SETTLED * fs), len(still), max(1, round(EVERY * fs)))
-    at = at[~estimate.at_rest[at] & (estimate.flags[at] == 0)]
+    # A lost gyro leaves an error, which decays without the start's speed.
+    lost = np.cumsum((estimate.flags & Flags.DERIVATIVE_MISSING) != 0)
+    quiet = lost[at] == lost[np.maximum(at - math.ceil(LOST * fs), 0)]
+    at = at[~estimate.at_rest[at] & (estimate.flags[at] == 0) & quiet]
     return still[at], (moved[at] - still[at]) / step
 
 

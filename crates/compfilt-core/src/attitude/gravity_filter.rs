@@ -8,7 +8,7 @@ use super::sensors::{Sensors, sensor_settings};
 use crate::error::positive;
 use crate::linear::{Flags, SplitGains};
 use crate::{Chain, Discretise, Dt, Error, Real, Recurrence, Split, State};
-use nalgebra::Vector3;
+use nalgebra::{ComplexField, Vector3};
 
 /// The vertical as a low-pass of the specific force in the frame that the gyro turns: a linear complementary filter on three
 /// components, without angles.
@@ -159,8 +159,8 @@ impl<T: Real, const N: usize> GravityFilter<T, N> {
             state.rest.disturb();
             state.resting = false;
         }
-        if let Some(level) = state.up().and_then(|up| state.rotation.levelled(&up)) {
-            state.rotation = level.renormalised();
+        if let Some(up) = state.up() {
+            state.rotation = state.rotation.upright(&up).renormalised();
         }
         if state.started {
             flags |=
@@ -184,16 +184,27 @@ impl<T: Real, const N: usize> GravityFilter<T, N> {
         let most = if gains.dt() > self.cap { gains.dt() } else { self.cap };
         let counted = if since < most { since } else { most };
         state.since_correction = T::zero();
-        // While the time since the start is short, so is the memory.
-        let gains = if state.age < self.start {
-            let faster = self.design.at_least(T::literal(START) / state.age);
-            Dt::new(counted).map_or(*gains, |dt| faster.gains(dt))
-        } else if counted == gains.dt() {
-            *gains
-        } else {
-            Dt::new(counted).map_or(*gains, |dt| self.design.gains(dt))
-        };
+        let early = state.age < self.start;
+        if early && N > 2 {
+            // Gains that vary are not safe at higher orders: the start is a mean there.
+            if let Some(mean) = state.levels.levels.first_mut() {
+                *mean += (force - *mean) * (since / (state.age + since));
+            }
+            return;
+        }
+        let own = (early || counted != gains.dt()).then(|| self.gains_of(counted, state.age));
+        let gains = own.flatten().unwrap_or(*gains);
         gains.step(&mut state.levels, *force, Vector3::zeros());
+    }
+
+    /// The gains of a time step at a time after the start: while that is short, so is the memory. `None` where the powers of
+    /// a short time are beyond the scalar type.
+    fn gains_of(&self, counted: T, age: T) -> Option<SplitGains<T, N>> {
+        let early = age < self.start;
+        let design =
+            if early { self.design.at_least(T::literal(START) / age) } else { self.design };
+        let gains = design.gains(Dt::new(counted).ok()?);
+        gains.correction().iter().all(ComplexField::is_finite).then_some(gains)
     }
 }
 
@@ -258,7 +269,7 @@ impl<T: Real, const N: usize> GravityState<T, N> {
 
     fn restart_if_lost(&mut self) -> Flags {
         let mut numbers = self.levels.levels.iter().flat_map(Vector3::iter);
-        if numbers.all(nalgebra::ComplexField::is_finite) && self.rotation.is_finite() {
+        if numbers.all(ComplexField::is_finite) && self.rotation.is_finite() {
             return Flags::default();
         }
         *self = Self::new();

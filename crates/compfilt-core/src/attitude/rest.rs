@@ -82,7 +82,7 @@ impl<T: Real> RestRule<T> {
         if rest.begun {
             let longer = rest.age + dt;
             rest.age = if longer < self.memory { longer } else { self.memory };
-            let weight = dt / (rest.age + dt);
+            let weight = if dt > T::zero() { dt / (rest.age + dt) } else { T::zero() };
             rest.gyro += (gyro - rest.gyro) * weight;
             rest.force += (force - rest.force) * weight;
         } else {

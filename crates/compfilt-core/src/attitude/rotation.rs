@@ -116,6 +116,17 @@ impl<T: Real> Rotation<T> {
         Some(self.times(&turn))
     }
 
+    /// The same for every `up`: straight down it turns over about an axis across the body's x, or y where that is vertical.
+    #[must_use]
+    pub fn upright(&self, up: &Vector3<T>) -> Self {
+        self.levelled(up).unwrap_or_else(|| {
+            let across = |axis: Vector3<T>| direction(&axis.cross(up));
+            let steep = up.x.abs() > T::literal(0.9);
+            let axis = across(if steep { Vector3::y() } else { Vector3::x() });
+            self.times(&Self { w: T::zero(), v: axis.unwrap_or(Vector3::z()) })
+        })
+    }
+
     /// A body vector in world axes.
     pub fn to_world(&self, body: &Vector3<T>) -> Vector3<T> {
         let cross = self.v.cross(body);

@@ -156,9 +156,11 @@ impl<T: Real> SelfCalibratingFilter<T> {
         if !there {
             flags |= Flags::MEASUREMENT_MISSING;
         }
+        let mut counted = dt;
         if dt > self.sensors.gap && state.started {
             state.renew();
             flags |= Flags::RESTARTED;
+            counted = T::zero();
         }
         let turn = Rotation::of_turn(&(rate * dt));
         state.rotation = state.rotation.times(&turn).renormalised();
@@ -178,14 +180,14 @@ impl<T: Real> SelfCalibratingFilter<T> {
         state.resting = resting;
         if state.started {
             let force = there.then_some(specific_force);
-            state.block.add(&state.frame, &rate, force, dt);
+            state.block.add(&state.frame, &rate, force, counted);
             // Half a sample short is nearer than half a sample long.
             if state.block.time + dt * T::literal(0.5) >= self.block {
                 self.finish(state);
             }
         }
-        if let Some(level) = state.up().and_then(|up| state.rotation.levelled(&up)) {
-            state.rotation = level.renormalised();
+        if let Some(up) = state.up() {
+            state.rotation = state.rotation.upright(&up).renormalised();
         }
         if state.started {
             flags |=
@@ -198,7 +200,13 @@ impl<T: Real> SelfCalibratingFilter<T> {
     fn finish(&self, state: &mut SelfCalibrationState<T>) {
         let block = core::mem::replace(&mut state.block, Block::new());
         let time = block.time;
-        let Some((force, ahead)) = block.means() else { return };
+        let Some((force, ahead)) = block.means() else {
+            // The frame has turned, seen or not.
+            for (slope, turned) in state.slopes.iter_mut().zip(block.turned) {
+                slope.mean += turned.cross(&state.mean);
+            }
+            return;
+        };
         let force = force + ahead * self.total_delay(state);
         if !state.settled {
             state.settled = true;

@@ -213,7 +213,7 @@ impl<T: Real> Smoother<T> {
     }
 
     /// The smoothed force at a time since the first sample, linear between the middles of a segment's blocks; `near` is where
-    /// the search begins, and is moved on. `None` without blocks.
+    /// the search begins, and is moved on. `None` in a segment without blocks.
     fn at(
         blocks: &[SmootherBlock<T>],
         near: &mut usize,
@@ -232,7 +232,7 @@ impl<T: Real> Smoother<T> {
         {
             *near += 1;
         }
-        let here = blocks.get(*near)?;
+        let here = blocks.get(*near).filter(|here| here.segment == segment)?;
         match blocks.get(*near + 1) {
             Some(next) if time > here.middle && next.segment == here.segment => {
                 let part = (time - here.middle) / (next.middle - here.middle);
@@ -281,7 +281,7 @@ impl<T: Real> SmoothedAttitude<T> {
     }
 
     /// One sample after the strapdown's step of `dt`, which must have begun anew: the force at the middle of the step. The
-    /// heading is the gyro's, or follows `magnetic_field` as it does online. `None` without blocks.
+    /// heading is the gyro's, or follows `magnetic_field` as it does online. `None` in a segment without blocks.
     pub fn step(
         &mut self,
         dt: Dt<T>,
@@ -292,10 +292,10 @@ impl<T: Real> SmoothedAttitude<T> {
     ) -> Option<Flags> {
         let dt = dt.seconds();
         let time = strapdown.time - dt * T::literal(0.5);
+        self.rotation = self.rotation.times(&strapdown.turn).renormalised();
         let force = Smoother::at(blocks, &mut self.near, time, strapdown.segment)?;
         self.up = strapdown.frame.to_body(&direction(&force)?);
-        let turned = self.rotation.times(&strapdown.turn);
-        self.rotation = turned.levelled(&self.up).unwrap_or(turned).renormalised();
+        self.rotation = self.rotation.upright(&self.up).renormalised();
         Some(heading.update(&mut self.heading, &mut self.rotation, magnetic_field, dt))
     }
 }

@@ -46,21 +46,16 @@ impl<T: Real, const N: usize> Split<T, N> {
         &self.coefficients
     }
 
-    /// The same filter, but at least as fast as one with all poles at `-speed`: for the start. Up to order 2 the larger of each
-    /// coefficient, above that one of both.
+    /// The same filter with every coefficient at least that of `(s + speed)^N`: for the start of one of order 1 or 2, where the
+    /// larger of both coefficients is stable whatever `speed` does.
     pub(crate) fn at_least(&self, speed: T) -> Self {
-        // (s + speed)^N
-        let mut power = T::one();
-        let critical: [T; N] = core::array::from_fn(|i| {
+        let mut critical = T::one();
+        let mut coefficients = self.coefficients;
+        for (i, own) in coefficients.iter_mut().enumerate() {
             #[allow(clippy::cast_precision_loss)] // The order is a small number.
             let factor = (N - i) as f64 / (i + 1) as f64;
-            power *= speed * T::literal(factor);
-            power
-        });
-        let slower = self.coefficients.last() < critical.last();
-        let mut coefficients = self.coefficients;
-        for (own, critical) in coefficients.iter_mut().zip(critical) {
-            if if N > 2 { slower } else { *own < critical } {
+            critical *= speed * T::literal(factor);
+            if *own < critical {
                 *own = critical;
             }
         }
