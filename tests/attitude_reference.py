@@ -471,8 +471,8 @@ class GravityFilter(Filter):
     x_i = exp(-[w dt]x) x_i, then one backward Euler step of the linear filter with y = f - gyro_delay w x f and no input.
 
     * The design has omega0 = sqrt(2)/tau: order 2 with a damping ratio, other orders by Butterworth.
-    * At the start the filter is faster. Up to order 2 each coefficient is at least that of a filter with all poles at -2/t; above that
-      x_0 is the mean of all so far, until 2/t is as slow as the slower of the poles' mean and their geometric mean.
+    * At the start the filter is faster. With split 1, up to order 2, each coefficient is at least that of a filter with all poles at
+      -2/t; otherwise x_0 is the mean of all so far, until 2/t is as slow as the slower of the poles' mean and their geometric mean.
     * A correction counts for its own step, after missing samples for no more than 0.1 s; after a step of more than 1 s the vertical
       starts anew.
     * The attitude is turned by the gyro, and then by the smallest turn that brings x_0 up.
@@ -573,10 +573,12 @@ class GravityFilter(Filter):
         return 0
 
     def averages(self):
-        """Whether a filter of higher order is still at its start."""
+        """Whether a filter of higher order or split is still at its start."""
         own = self.design.polynomial
         order = len(own) - 1
-        return order > 2 and self.age < self.start / min(own[1] / order, own[-1] ** (1.0 / order))
+        return (order > 2 or self.design.split > 1) and self.age < self.start / min(
+            own[1] / order, own[-1] ** (1.0 / order)
+        )
 
     def quickened(self):
         """The design, or one that is as fast as the start asks for."""

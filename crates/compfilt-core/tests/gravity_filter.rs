@@ -189,20 +189,22 @@ fn critical<const N: usize>(speed: f64) -> [f64; N] {
     coefficients
 }
 
-/// The design at the time `age`: up to order 2 the larger of each coefficient, above that the faster polynomial of both.
+/// The design at the time `age`: the larger of each coefficient.
 fn at_age<const N: usize>(design: &Split<f64, N>, age: f64) -> Split<f64, N> {
     let mut coefficients = *design.coefficients();
-    let fast = critical::<N>(2.0 / age);
-    if N > 2 {
-        if coefficients[N - 1] < fast[N - 1] {
-            coefficients = fast;
-        }
-    } else {
-        for (own, fast) in coefficients.iter_mut().zip(fast) {
-            *own = own.max(fast);
-        }
+    for (own, fast) in coefficients.iter_mut().zip(critical::<N>(2.0 / age)) {
+        *own = own.max(fast);
     }
     Chain::<f64, N, 1>::new(coefficients).unwrap().split(design.split()).unwrap()
+}
+
+/// How long the start lasts: until 2/t is as slow as the slower of the poles' mean and their geometric mean.
+fn start<const N: usize>(design: &Split<f64, N>) -> f64 {
+    let order = i32::try_from(N).map(f64::from).unwrap();
+    let [first, .., last] = design.coefficients().as_slice() else {
+        return 2.0 / design.coefficients()[0];
+    };
+    2.0 / (first / order).min(last.powf(1.0 / order))
 }
 
 fn starts_fast<const N: usize>(degree: usize) {
@@ -217,9 +219,12 @@ fn starts_fast<const N: usize>(degree: usize) {
         filter.update(&gains, &mut state, &Vector3::zeros(), &force, None);
         if n == 0 {
             expected.levels[0] = force;
+        } else if (N > 2 || degree > 1) && DT * f64::from(n) < start(&design) {
+            expected.levels[0] += (force - expected.levels[0]) / f64::from(n + 1);
         } else {
-            let now = at_age(&design, DT * f64::from(n)).gains(Dt::new(DT).unwrap());
-            now.step(&mut expected, force, Vector3::zeros());
+            let age = DT * f64::from(n);
+            let now = if age < start(&design) { at_age(&design, age) } else { design };
+            now.gains(Dt::new(DT).unwrap()).step(&mut expected, force, Vector3::zeros());
         }
         for (level, expected) in state.levels.levels.iter().zip(&expected.levels) {
             assert!(

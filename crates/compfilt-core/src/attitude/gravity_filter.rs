@@ -185,8 +185,8 @@ impl<T: Real, const N: usize> GravityFilter<T, N> {
         let counted = if since < most { since } else { most };
         state.since_correction = T::zero();
         let early = state.age < self.start;
-        if early && N > 2 {
-            // Gains that vary are not safe at higher orders: the start is a mean there.
+        if early && (N > 2 || self.design.split() > 1) {
+            // Gains that vary are safe for a low-pass up to order 2; for the others the start is a mean.
             if let Some(mean) = state.levels.levels.first_mut() {
                 *mean += (force - *mean) * (since / (state.age + since));
             }

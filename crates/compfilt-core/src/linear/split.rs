@@ -46,8 +46,7 @@ impl<T: Real, const N: usize> Split<T, N> {
         &self.coefficients
     }
 
-    /// The same filter with every coefficient at least that of `(s + speed)^N`: for the start of one of order 1 or 2, where the
-    /// larger of both coefficients is stable whatever `speed` does.
+    /// The same filter with every coefficient at least that of `(s + speed)^N`: for the start of a low-pass of order 1 or 2.
     pub(crate) fn at_least(&self, speed: T) -> Self {
         let mut critical = T::one();
         let mut coefficients = self.coefficients;
