@@ -112,7 +112,7 @@ def test_the_cuts_of_the_bench(recordings):
         np.testing.assert_array_equal(cut.gyr[-1], recording.gyr[-1])
 
 
-def test_names_of_all_filters_in_the_bench(recordings):
+def test_every_filter_of_the_bench_runs(recordings):
     """Each of them runs, and has a finite error."""
     short = [accuracy.part(recordings[0], slice(0, 20_000))]
     rows = dict(accuracy.attitude_rows(short, alone=True))
