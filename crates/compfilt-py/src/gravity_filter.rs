@@ -408,7 +408,8 @@ impl GravityFilter {
     /// Returns
     /// -------
     /// AttitudeEstimate
-    ///     ``flags``, ``at_rest`` and ``state`` are the forward pass's, ``gyro_bias`` is constant.
+    ///     ``flags``, ``at_rest`` and ``state`` are the forward pass's (not started is taken back where the attitude is known in
+    ///     hindsight), ``gyro_bias`` is constant.
     ///
     /// Examples
     /// --------

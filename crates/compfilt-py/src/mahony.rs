@@ -25,7 +25,7 @@ use pyo3::types::PyDict;
 ///
 /// with the linear filter's gains L at the time step, so that small errors obey it. The innovation e compares the measured up
 /// (the specific force) and north (the magnetic field's horizontal part) with the estimate's. ``explicit`` sums the cross products
-/// of the directions: the field never tilts the estimate. ``passive`` rebuilds an attitude from them and compares that.
+/// of the directions: the field does not tilt the estimate, but by way of the bias. ``passive`` rebuilds an attitude from them and compares that.
 /// ``direct`` also lets the gyro turn the estimate through the rebuilt attitude, unfiltered: with accelerations it is far worse
 /// than the others. With gravity alone all three have the same innovation, and yaw is the gyro's. The estimate converges from
 /// everywhere but the unstable equilibria at a turn of exactly
