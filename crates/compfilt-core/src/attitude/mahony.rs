@@ -26,11 +26,12 @@ pub enum MahonyForm {
 /// ```
 ///
 /// `L_1`, `L_2` are the linear filter's gains at the sample period, so that small errors obey it. The measured directions are up
-/// (the specific force) and north (the horizontal part of the magnetic field: in the explicit form it does not tilt the estimate,
-/// but by way of the bias it can; in the others a wrong heading changes how fast tilt is corrected, and in the direct form it also turns the gyro's rate). With
-/// gravity alone all three forms have the same innovation, and yaw is the gyro's. The direct form turns the gyro's rate through
-/// the measurement as it is, unfiltered: with accelerations it is far worse than the others. From every attitude the estimate converges, but for the unstable equilibria at
-/// a turn of exactly 180°, where the innovation vanishes. Source: R. Mahony, T. Hamel, J.-M. Pflimlin, 2008.
+/// (the specific force) and north (the horizontal part of the magnetic field). In the explicit form the field does not tilt the
+/// estimate, but by way of the bias it can; in the others a wrong heading changes how fast tilt is corrected, and in the direct
+/// form it also turns the gyro's rate. With gravity alone all three forms have the same innovation, and yaw is the gyro's. The
+/// direct form turns the gyro's rate through the measurement as it is, unfiltered: with accelerations it is far worse than the
+/// others. From every attitude the estimate converges, but for the unstable equilibria at a turn of exactly 180°, where the
+/// innovation vanishes. Source: R. Mahony, T. Hamel, J.-M. Pflimlin, 2008.
 ///
 /// ```
 /// use compfilt_core::attitude::{Mahony, MahonyForm, MahonyState};

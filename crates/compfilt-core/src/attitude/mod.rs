@@ -7,7 +7,7 @@
 //! | `held_rate` | a gyro's rate that is held where it is missing |
 //! | `gravity_filter` | the vertical as a linear low-pass in the frame that the gyro turns |
 //! | `self_calibration` | the same with the gyro's bias and sensitivity learnt from the motion |
-//! | `smoother` | the offline answer: a strapdown with a known calibration, smoothed forward and backward |
+//! | `strapdown`, `smoother` | the offline answer: a strapdown with a known calibration, smoothed forward and backward |
 //! | `rest` | whether the body is at rest, and the gyro's bias while it is |
 //! | `heading` | the heading by a magnetometer |
 //! | `mahony` | Mahony's explicit, passive and direct filters |
@@ -21,6 +21,7 @@ mod rotation;
 mod self_calibration;
 mod sensors;
 mod smoother;
+mod strapdown;
 
 pub use gravity_filter::{GravityFilter, GravityState};
 pub use heading::{Heading, HeadingRule};
@@ -29,4 +30,5 @@ pub use mahony::{Mahony, MahonyForm, MahonyState, Observation};
 pub use rest::{Rest, RestRule};
 pub use rotation::Rotation;
 pub use self_calibration::{Block, SelfCalibratingFilter, SelfCalibrationState, Slope};
-pub use smoother::{SmoothedAttitude, Smoother, SmootherBlock, Strapdown, StrapdownState};
+pub use smoother::{SmoothedAttitude, Smoother, SmootherBlock};
+pub use strapdown::{Strapdown, StrapdownState};

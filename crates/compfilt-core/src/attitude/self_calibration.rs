@@ -5,7 +5,7 @@ use super::held_rate::HeldRate;
 use super::rest::{Rest, RestRule};
 use super::rotation::{Rotation, direction};
 use super::sensors::{Sensors, sensor_settings};
-use super::smoother::Strapdown;
+use super::strapdown::Strapdown;
 use crate::error::positive;
 use crate::linear::Flags;
 use crate::{Dt, Error, Real};

@@ -1,109 +1,12 @@
 //! The offline answer: the force in the gyro's frame, smoothed forward and backward.
 
 use super::heading::{Heading, HeadingRule};
-use super::held_rate::HeldRate;
 use super::rotation::{Rotation, direction};
-use super::sensors::Sensors;
+use super::strapdown::StrapdownState;
 use crate::error::positive;
 use crate::linear::Flags;
 use crate::{Dt, Error, Real};
-use nalgebra::{Matrix3, Vector3};
-
-/// A strapdown with a fixed calibration, made by
-/// [`SelfCalibratingFilter::strapdown`](super::SelfCalibratingFilter::strapdown), that averages the force in the gyro's frame over blocks.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Strapdown<T> {
-    bias: Vector3<T>,
-    matrix: Matrix3<T>,
-    sensors: Sensors<T>,
-    block: T,
-}
-
-/// The state of a [`Strapdown`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StrapdownState<T> {
-    /// From body to the gyro's frame.
-    pub frame: Rotation<T>,
-    /// The turn of the last step.
-    pub turn: Rotation<T>,
-    /// Seconds since the first sample.
-    pub time: T,
-    rate: HeldRate<T>,
-    force: Vector3<T>,
-    force_time: T,
-    block_time: T,
-    segment: u32,
-}
-
-impl<T: Real> StrapdownState<T> {
-    /// Before the first sample.
-    pub fn new() -> Self {
-        Self {
-            frame: Rotation::identity(),
-            turn: Rotation::identity(),
-            time: T::zero(),
-            rate: HeldRate::new(),
-            force: Vector3::zeros(),
-            force_time: T::zero(),
-            block_time: T::zero(),
-            segment: 0,
-        }
-    }
-}
-
-impl<T: Real> Default for StrapdownState<T> {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl<T: Real> Strapdown<T> {
-    pub(super) fn new(bias: Vector3<T>, matrix: Matrix3<T>, sensors: Sensors<T>, block: T) -> Self {
-        Self { bias, matrix, sensors, block }
-    }
-
-    /// One sample after the time `dt`; the block that it ends, if it ends one. A force that is missing is left out.
-    pub fn step(
-        &self,
-        dt: Dt<T>,
-        state: &mut StrapdownState<T>,
-        gyro: &Vector3<T>,
-        force: &Vector3<T>,
-    ) -> Option<SmootherBlock<T>> {
-        let dt = dt.seconds();
-        let Self { bias, matrix, sensors, .. } = self;
-        let (held, _) = state.rate.take(gyro, dt, sensors.hold);
-        let rate = if state.rate.age > sensors.hold {
-            Vector3::zeros()
-        } else {
-            held - bias - matrix * held
-        };
-        state.turn = Rotation::of_turn(&(rate * dt));
-        state.frame = state.frame.times(&state.turn).renormalised();
-        state.time += dt;
-        if dt > sensors.gap {
-            // What happened in a gap is unknown, and no sample stands for it.
-            (state.force, state.force_time, state.block_time) =
-                (Vector3::zeros(), T::zero(), T::zero());
-            state.segment = state.segment.wrapping_add(1);
-            return None;
-        }
-        state.block_time += dt;
-        if sensors.is_there(force) {
-            state.force += state.frame.to_world(&(force - rate.cross(force) * sensors.delay)) * dt;
-            state.force_time += dt;
-        }
-        let half = T::literal(0.5);
-        let over = state.block_time + dt * half >= self.block && state.force_time > T::zero();
-        over.then(|| {
-            let (force, time) = (state.force / state.force_time, state.block_time);
-            let middle = state.time - time * half;
-            (state.force, state.force_time, state.block_time) =
-                (Vector3::zeros(), T::zero(), T::zero());
-            SmootherBlock::new(force, time, middle, state.segment)
-        })
-    }
-}
+use nalgebra::Vector3;
 
 /// A block of the [`Smoother`]: its mean force, and what the passes leave of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,7 +20,7 @@ pub struct SmootherBlock<T> {
 }
 
 impl<T: Real> SmootherBlock<T> {
-    fn new(force: Vector3<T>, time: T, middle: T, segment: u32) -> Self {
+    pub(super) fn new(force: Vector3<T>, time: T, middle: T, segment: u32) -> Self {
         let start = Estimate::start(force);
         Self { force, time, middle, segment, predicted: start, last: start }
     }
