@@ -1,0 +1,127 @@
+//! Eight numbers at once: the one place that knows the processor.
+//!
+//! What is written with [`Wide64`] and [`Wide32`] is compiled for every instruction set that the library below knows (SSE2, AVX2, AVX-512, NEON) and
+//! chosen when it is called. Each of the eight goes through the operations of a scalar in the same order, none is fused, so the
+//! results are the same bits on all of them.
+//!
+//! Everything between `dispatch` and the operators must be inlined, or it is compiled for the oldest processor:
+//! `#[inline(always)]` on functions, loops instead of closures that hold operators.
+
+use compfilt_core::Element;
+use fearless_simd::{Simd, SimdBase, SimdFrom, f32x8, f64x8};
+use std::fmt;
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+pub(crate) use fearless_simd::{Level, dispatch};
+
+/// How many numbers a value holds.
+pub(crate) const WIDTH: usize = 8;
+
+/// The proof that the processor has the instructions of `S`, which constants cannot be handed.
+///
+/// The values live inside `dispatch` only, which had it.
+#[allow(unsafe_code)]
+#[inline(always)]
+fn proof<S: Simd>() -> S {
+    const { assert!(size_of::<S>() == 0, "a proof holds no data") };
+    // SAFETY: a type without data has one value. It stands for a check that `dispatch` made before it called anything that
+    // names `Wide64<S>` or `Wide32<S>`, which no other code does.
+    unsafe { std::mem::zeroed() }
+}
+
+macro_rules! wide {
+    ($(#[$doc:meta])* $Wide:ident, $T:ident, $vector:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy)]
+        pub(crate) struct $Wide<S: Simd>($vector<S>);
+
+        impl<S: Simd> $Wide<S> {
+            #[inline(always)]
+            pub(crate) fn splat(value: $T) -> Self {
+                Self($vector::splat(proof(), value))
+            }
+
+            #[inline(always)]
+            pub(crate) fn from_array(values: [$T; WIDTH]) -> Self {
+                Self($vector::simd_from(proof(), values))
+            }
+
+            #[inline(always)]
+            pub(crate) fn to_array(self) -> [$T; WIDTH] {
+                *self.0
+            }
+        }
+
+        impl<S: Simd> fmt::Debug for $Wide<S> {
+            fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                self.to_array().fmt(formatter)
+            }
+        }
+
+        impl<S: Simd> PartialEq for $Wide<S> {
+            fn eq(&self, other: &Self) -> bool {
+                self.to_array() == other.to_array()
+            }
+        }
+
+        wide!(@operator $Wide, Add, add, AddAssign, add_assign);
+        wide!(@operator $Wide, Sub, sub, SubAssign, sub_assign);
+        wide!(@operator $Wide, Mul, mul, MulAssign, mul_assign);
+        wide!(@operator $Wide, Div, div, DivAssign, div_assign);
+
+        impl<S: Simd> Neg for $Wide<S> {
+            type Output = Self;
+
+            #[inline(always)]
+            fn neg(self) -> Self {
+                Self(-self.0)
+            }
+        }
+
+        impl<S: Simd> Mul<$T> for $Wide<S> {
+            type Output = Self;
+
+            #[inline(always)]
+            fn mul(self, factor: $T) -> Self {
+                self * Self::splat(factor)
+            }
+        }
+
+        impl<S: Simd> Element<$T> for $Wide<S> {
+            #[inline(always)]
+            fn neutral() -> Self {
+                Self::splat(0.0)
+            }
+        }
+    };
+    (@operator $Wide:ident, $Operator:ident, $operator:ident, $Assign:ident, $assign:ident) => {
+        impl<S: Simd> $Operator for $Wide<S> {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $operator(self, other: Self) -> Self {
+                Self(self.0.$operator(other.0))
+            }
+        }
+
+        impl<S: Simd> $Assign for $Wide<S> {
+            #[inline(always)]
+            fn $assign(&mut self, other: Self) {
+                *self = self.$operator(other);
+            }
+        }
+    };
+}
+
+wide!(
+    /// Eight `f64` in registers of the instruction set `S`.
+    Wide64,
+    f64,
+    f64x8
+);
+wide!(
+    /// Eight `f32` in registers of the instruction set `S`.
+    Wide32,
+    f32,
+    f32x8
+);
