@@ -9,6 +9,7 @@
 //! | [`gravity`] | accelerometers to gravity, gravity to angles, body rates to angle rates, and the filters that fuse them |
 //! | [`Observer`] | the estimate of a linear system's state from its outputs |
 //! | [`Real`], [`Element`] | `f32` or `f64`; what may be filtered: a scalar, a lane of channels, a vector |
+//! | [`Number`] | what a step is written in: `f32`, `f64`, or several of them side by side |
 //! | [`Dt`], [`Error`] | a checked time step; which parameter broke which rule |
 //!
 //! # The rules of the crate
@@ -31,6 +32,7 @@ mod element;
 mod error;
 pub mod gravity;
 pub mod linear;
+mod number;
 mod observer;
 mod real;
 
@@ -43,6 +45,7 @@ pub use linear::{
     PiForm, RateFilter, Recurrence, SecondOrderInertial, Split, State, Stream, StreamState,
     ThirdOrder,
 };
+pub use number::{Change, FlagSet, Mask, Number};
 pub use observer::{Observer, ObserverModel, ObserverState};
 pub use real::Real;
 

@@ -1,6 +1,7 @@
 //! The scalar: `f32` or `f64`.
 
-use crate::Element;
+use crate::Number;
+use crate::linear::Flags;
 use nalgebra::RealField;
 
 mod sealed {
@@ -10,12 +11,9 @@ mod sealed {
 }
 
 /// `f32` or `f64`. Parameters are rounded to it once; design, gains and step then run in it.
-pub trait Real: RealField + Copy + Element<Self> + sealed::Sealed {
+pub trait Real: RealField + Copy + Number<Mask = bool, Flags = Flags> + sealed::Sealed {
     /// The one NaN that this crate writes, so that missing values have the same bits everywhere.
     const NAN: Self;
-
-    /// The nearest number of this type: for constants of the formulas.
-    fn literal(value: f64) -> Self;
 
     /// The same number, widened.
     fn to_f64(self) -> f64;
@@ -31,11 +29,6 @@ macro_rules! real {
     ($T:ident) => {
         impl Real for $T {
             const NAN: Self = $T::NAN;
-
-            #[allow(clippy::cast_possible_truncation)] // Rounding to the type is what it is for.
-            fn literal(value: f64) -> Self {
-                value as $T
-            }
 
             fn to_f64(self) -> f64 {
                 f64::from(self)

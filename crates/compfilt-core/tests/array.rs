@@ -4,7 +4,7 @@ use compfilt_core::gravity::{
     Accelerometer, AccelerometerArray, BodyAxes, Failure, Form, Quantity, Rate, mean_rate,
 };
 use compfilt_core::nalgebra::{Matrix3, Rotation3, Vector3};
-use compfilt_core::{Real, Rule};
+use compfilt_core::{Number, Rule};
 use proptest::prelude::{ProptestConfig, Strategy, any};
 use proptest::{prop_assert, prop_assert_eq, proptest};
 

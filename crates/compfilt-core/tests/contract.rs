@@ -9,7 +9,7 @@ use common::{
 };
 use compfilt_core::linear::{Flags, Input, Stream, StreamState};
 use compfilt_core::nalgebra::ComplexField;
-use compfilt_core::{Discretise, Real, Recurrence, State};
+use compfilt_core::{Discretise, Number, Real, Recurrence, State};
 use proptest::prelude::{ProptestConfig, Strategy, prop};
 use proptest::proptest;
 

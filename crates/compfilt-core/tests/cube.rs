@@ -5,7 +5,7 @@ use compfilt_core::gravity::{
 };
 use compfilt_core::linear::{Flags, RateState};
 use compfilt_core::nalgebra::{Vector2, Vector3};
-use compfilt_core::{Chain, Discretise, PiForm, RateFilter, Real};
+use compfilt_core::{Chain, Discretise, Number, PiForm, RateFilter};
 
 const CORNERS: [[f64; 3]; 4] =
     [[0.0, 0.0, 0.0], [0.15, 0.0, 0.0], [0.0, 0.15, 0.0], [0.0, 0.0, 0.15]];

@@ -7,7 +7,7 @@ use common::{
     third_order_butterworth,
 };
 use compfilt_core::linear::{Hindsight, History, Past, Stream, StreamState, longest_delay};
-use compfilt_core::{Chain, Discretise, Real, Recurrence, Rule, State};
+use compfilt_core::{Chain, Discretise, Number, Real, Recurrence, Rule, State};
 use proptest::prelude::ProptestConfig;
 use proptest::proptest;
 

@@ -7,7 +7,7 @@ use common::{close, fourth_order_poles, size, split};
 use compfilt_core::linear::{Stream, alpha_to_tau, poles, tau_to_alpha};
 use compfilt_core::nalgebra::Complex;
 use compfilt_core::{
-    Butterworth, Chain, Discretise, Dt, Error, FirstOrder, PiForm, RateFilter, Real, Rule,
+    Butterworth, Chain, Discretise, Dt, Error, FirstOrder, Number, PiForm, RateFilter, Real, Rule,
     SecondOrderInertial, ThirdOrder,
 };
 use proptest::prelude::ProptestConfig;

@@ -6,7 +6,7 @@ use common::{close, first_order, gains, pi};
 use compfilt_core::gravity::{Axes, Rates, TiltFilter, TiltState, angle_rates, tilt};
 use compfilt_core::linear::{Flags, StreamState};
 use compfilt_core::nalgebra::{Matrix3, Vector2, Vector3};
-use compfilt_core::{Chain, Real};
+use compfilt_core::{Chain, Number};
 use proptest::prelude::ProptestConfig;
 use proptest::proptest;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};

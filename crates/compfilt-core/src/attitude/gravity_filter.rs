@@ -3,12 +3,15 @@
 use super::heading::{Heading, HeadingRule};
 use super::held_rate::HeldRate;
 use super::rest::{Rest, RestRule};
-use super::rotation::{Rotation, direction};
-use super::sensors::{Sensors, sensor_settings};
+use super::rotation::Rotation;
+use super::sensors::{STRONGEST, Sensors, sensor_settings};
+use super::vector::Vector;
 use crate::error::positive;
 use crate::linear::{Flags, SplitGains};
-use crate::{Chain, Discretise, Dt, Error, Real, Recurrence, Split, State};
-use nalgebra::{ComplexField, Vector3};
+use crate::{
+    Chain, Change, Discretise, Error, FlagSet, Mask, Number, Real, Recurrence, Split, State,
+};
+use nalgebra::Vector3;
 
 /// The vertical as a low-pass of the specific force in the frame that the gyro turns: a linear complementary filter on three
 /// components, without angles.
@@ -76,7 +79,7 @@ impl<T: Real, const N: usize> GravityFilter<T, N> {
             design,
             rest: RestRule::default(),
             heading: HeadingRule::default(),
-            sensors: Sensors::new(),
+            sensors: Sensors::new(T::literal(STRONGEST)),
             cap: T::literal(0.1),
             start: T::literal(START) / speed,
         })
@@ -99,17 +102,25 @@ impl<T: Real, const N: usize> GravityFilter<T, N> {
 
     /// The attitude, from body to world, and the world's up in body axes, both turned ahead; `None` before the start.
     pub fn attitude(&self, state: &GravityState<T, N>) -> Option<(Rotation<T>, Vector3<T>)> {
-        let up = state.up()?;
-        if self.sensors.advance == T::zero() {
-            return Some((state.rotation, up));
+        state.started.then(|| self.ahead(state))
+    }
+}
+
+impl<T: Number, const N: usize> GravityFilter<T, N> {
+    /// The same of recordings side by side: what it says of those that have not started means nothing.
+    #[inline(always)]
+    pub fn ahead(&self, state: &GravityState<T, N>) -> (Rotation<T>, Vector3<T>) {
+        let mut rotation = state.rotation;
+        if self.sensors.advances() {
+            let rate = Vector(state.rate.value) - Vector(state.rest.bias);
+            rotation = rotation.turned(&(rate * self.sensors.advance).0);
         }
-        let rate = state.rate.value - state.rest.bias;
-        let turn = Rotation::of_turn(&(rate * self.sensors.advance));
-        Some((state.rotation.times(&turn).renormalised(), turn.to_body(&up)))
+        (rotation, rotation.up())
     }
 
     /// One sample with the `gains` of its time step: `gyro` in rad/s, `specific_force` in m/s², `magnetic_field` of any length,
     /// body axes. What is not finite, has no length, or is clipped is missing: the filter coasts, and says so.
+    #[inline(always)]
     pub fn update(
         &self,
         gains: &SplitGains<T, N>,
@@ -117,100 +128,123 @@ impl<T: Real, const N: usize> GravityFilter<T, N> {
         gyro: &Vector3<T>,
         specific_force: &Vector3<T>,
         magnetic_field: Option<&Vector3<T>>,
-    ) -> Flags {
-        let dt = gains.dt();
-        let (held, mut flags) = state.rate.take(gyro, dt, self.sensors.hold);
-        let fresh = flags == Flags::default();
+    ) -> T::Flags {
+        let (dt, mut flags) = (gains.dt(), T::Flags::default());
+        let held = state.rate.take(gyro, dt, self.sensors.hold, &mut flags);
         // A gyro that has been missing for long stands still, whatever its bias is.
-        let rate = if flags.contains(Flags::DERIVATIVE_MISSING) {
-            Vector3::zeros()
-        } else {
-            held - state.rest.bias
-        };
-        let there = self.sensors.is_there(specific_force);
-        if !there {
-            flags |= Flags::MEASUREMENT_MISSING;
+        let rate = held.value - Vector(state.rest.bias);
+        let rate = Vector::choose(held.lost, Vector::zero(), rate);
+        let force = Vector(*specific_force);
+        let there = self.sensors.is_there(force);
+        flags.raise(Flags::MEASUREMENT_MISSING, !there);
+        let paused = self.sensors.gap.less(dt) & state.started;
+        if paused.any() {
+            flags.raise(Flags::RESTARTED, paused);
+            *state = GravityState::choose(paused, &state.renewed(), state);
         }
-        if dt > self.sensors.gap && state.started {
-            state.renew();
-            flags |= Flags::RESTARTED;
+        let turn = Rotation::of_turn(&(rate * dt).0);
+        state.rotation = state.rotation.times(&turn);
+        let moved = self.sensors.moved(force, rate);
+        let going = state.started;
+        self.follow(gains, state, &turn, moved, there);
+        if !going.all() {
+            state.start(moved, there & !going);
+            flags.raise(Flags::NOT_STARTED, !state.started);
         }
-        let force = specific_force - rate.cross(specific_force) * self.sensors.delay;
-        let turn = Rotation::of_turn(&(rate * dt));
-        state.rotation = state.rotation.times(&turn).renormalised();
-        if state.started {
-            for level in &mut state.levels.levels {
-                *level = turn.to_body(level);
-            }
-            state.age += dt;
-            state.since_correction += dt;
-            if there {
-                self.correct(gains, state, &force);
-            }
-        } else if there {
-            state.levels = State::at_rest::<T>(force);
-            state.started = true;
-        } else {
-            flags |= Flags::NOT_STARTED;
+        let there = there & held.fresh;
+        state.resting = self.rest.update(&mut state.rest, Vector(*gyro), force, dt, there);
+        state.set_upright();
+        let heading = (&mut state.heading, &mut state.rotation);
+        self.heading.update(heading.0, heading.1, magnetic_field, dt, state.started, &mut flags);
+        let lost = !state.is_finite();
+        if lost.any() {
+            *state = GravityState::choose(lost, &GravityState::new(), state);
+            flags.raise(Flags::RESTARTED, lost);
         }
-        if there && fresh {
-            state.resting = self.rest.update(&mut state.rest, gyro, specific_force, dt);
-        } else {
-            state.rest.disturb();
-            state.resting = false;
-        }
-        if let Some(up) = state.up() {
-            state.rotation = state.rotation.upright(&up).renormalised();
-        }
-        if state.started {
-            flags |=
-                self.heading.update(&mut state.heading, &mut state.rotation, magnetic_field, dt);
-        }
-        flags | state.restart_if_lost()
+        flags
     }
 
-    /// One step of the linear filter over the time since the last.
-    fn correct(
+    /// Turns the levels with the body and corrects them by the force, where the filter has started.
+    #[inline(always)]
+    fn follow(
         &self,
         gains: &SplitGains<T, N>,
         state: &mut GravityState<T, N>,
-        force: &Vector3<T>,
+        turn: &Rotation<T>,
+        force: Vector<T>,
+        there: T::Mask,
     ) {
-        let since = state.since_correction;
-        if since <= T::zero() {
-            return;
+        let (going, dt, zero) = (state.started, gains.dt(), T::literal(0.0));
+        let mut levels = state.levels();
+        for level in &mut levels.levels {
+            *level = Vector(turn.to_body(&level.0));
         }
-        // A slow clock's own step counts in full.
-        let most = if gains.dt() > self.cap { gains.dt() } else { self.cap };
-        let counted = if since < most { since } else { most };
-        state.since_correction = T::zero();
-        let early = state.age < self.start;
-        if early && (N > 2 || self.design.split() > 1) {
-            // Gains that vary are safe for a low-pass up to order 2; for the others the start is a mean.
-            if let Some(mean) = state.levels.levels.first_mut() {
-                *mean += (force - *mean) * (since / (state.age + since));
-            }
-            return;
+        let age = state.age + dt;
+        let since = state.since_correction + dt;
+        let corrected = going & there & zero.less(since);
+        let stepped = self.corrected(gains, levels, force, since, age);
+        for (i, level) in levels.levels.iter_mut().enumerate() {
+            *level = Vector::choose(corrected, stepped.levels[i], *level);
+            let kept = Vector::choose(going, *level, Vector(state.levels.levels[i]));
+            state.levels.levels[i] = kept.0;
         }
-        let own = (early || counted != gains.dt()).then(|| self.gains_of(counted, state.age));
-        let gains = own.flatten().unwrap_or(*gains);
-        gains.step(&mut state.levels, *force, Vector3::zeros());
+        state.age = T::choose(going, age, state.age);
+        let since = T::choose(corrected, zero, since);
+        state.since_correction = T::choose(going, since, state.since_correction);
     }
 
-    /// The gains of a time step at a time after the start: while that is short, so is the memory. `None` where the powers of
-    /// a short time are beyond the scalar type.
-    fn gains_of(&self, counted: T, age: T) -> Option<SplitGains<T, N>> {
-        let early = age < self.start;
-        let design =
-            if early { self.design.at_least(T::literal(START) / age) } else { self.design };
-        let gains = design.gains(Dt::new(counted).ok()?);
-        gains.correction().iter().all(ComplexField::is_finite).then_some(gains)
+    /// One step of the linear filter over the time since the last.
+    #[inline(always)]
+    fn corrected(
+        &self,
+        gains: &SplitGains<T, N>,
+        mut levels: State<Vector<T>, N>,
+        force: Vector<T>,
+        since: T,
+        age: T,
+    ) -> State<Vector<T>, N> {
+        // A slow clock's own step counts in full.
+        let counted = since.or_less(gains.dt().or_more(self.cap));
+        let (early, zero) = (age.less(self.start), T::literal(0.0));
+        // Gains that vary are safe for a low-pass up to order 2; for the others the start is a mean.
+        let mean_first = N > 2 || self.design.split() > 1;
+        let quick = early & T::Mask::same(!mean_first);
+        let mut gains = *gains;
+        let varies = quick | counted.less(gains.dt()) | gains.dt().less(counted);
+        if varies.any() {
+            let least = T::choose(quick, T::literal(START) / age, zero);
+            let own = self.design.at_least(least).over(counted);
+            // The powers of a short time may be beyond the scalar type.
+            gains = SplitGains::choose(varies & own.is_finite(), &own, &gains);
+        }
+        let mean = levels.levels[0];
+        gains.step(&mut levels, force, Vector::zero());
+        if mean_first && early.any() {
+            let mean = mean + (force - mean) * (since / (age + since));
+            let beginning = State::<_, N>::at_rest::<T>(mean);
+            for (level, mean) in levels.levels.iter_mut().zip(beginning.levels) {
+                *level = Vector::choose(early, mean, *level);
+            }
+        }
+        levels
+    }
+
+    /// The same filter in other numbers: for several recordings side by side.
+    pub fn each<U: Number>(&self, change: &mut impl Change<T, U>) -> GravityFilter<U, N> {
+        GravityFilter {
+            design: self.design.each(change),
+            rest: self.rest.each(change),
+            heading: self.heading.each(change),
+            sensors: self.sensors.each(change),
+            cap: change.number(self.cap),
+            start: change.number(self.start),
+        }
     }
 }
 
 /// The state of a [`GravityFilter`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GravityState<T: Real, const N: usize> {
+pub struct GravityState<T: Number, const N: usize> {
     /// Level 0 is the low-passed specific force in m/s², body axes.
     pub levels: State<Vector3<T>, N>,
     /// From body to world: x east, y north, z up; heading 0 at the start where there is no magnetometer.
@@ -226,58 +260,133 @@ pub struct GravityState<T: Real, const N: usize> {
     /// Seconds since the last correction.
     pub since_correction: T,
     /// Whether there is an attitude.
-    pub started: bool,
+    pub started: T::Mask,
     /// Whether the body rests.
-    pub resting: bool,
+    pub resting: T::Mask,
 }
 
 impl<T: Real, const N: usize> GravityState<T, N> {
-    /// Waits for the first measurement.
-    pub fn new() -> Self {
-        Self {
-            levels: State::at_rest::<T>(Vector3::zeros()),
-            rotation: Rotation::identity(),
-            rest: Rest::new(),
-            rate: HeldRate::new(),
-            heading: Heading::new(),
-            age: T::zero(),
-            since_correction: T::zero(),
-            started: false,
-            resting: false,
-        }
-    }
-
     /// Starts from a known attitude, and a specific force of standard gravity.
     pub fn from_rotation(rotation: Rotation<T>) -> Self {
         let levels = State::at_rest::<T>(rotation.up() * T::literal(9.806_65));
-        let age = T::one() / T::zero();
+        let age = T::literal(f64::INFINITY);
         let heading = Heading::given();
         Self { levels, rotation, heading, age, started: true, ..Self::new() }
     }
 
     /// The world's up in body axes; `None` before the start.
     pub fn up(&self) -> Option<Vector3<T>> {
-        direction(self.levels.levels.first()?).filter(|_| self.started)
-    }
-
-    /// Forgets the vertical, keeps heading and bias.
-    fn renew(&mut self) {
-        self.started = false;
-        self.rest.renew();
-        (self.age, self.since_correction) = (T::zero(), T::zero());
-    }
-
-    fn restart_if_lost(&mut self) -> Flags {
-        let mut numbers = self.levels.levels.iter().flat_map(Vector3::iter);
-        if numbers.all(ComplexField::is_finite) && self.rotation.is_finite() {
-            return Flags::default();
-        }
-        *self = Self::new();
-        Flags::RESTARTED
+        let (up, there) = Vector(*self.levels.levels.first()?).direction();
+        (there && self.started).then_some(up.0)
     }
 }
 
-impl<T: Real, const N: usize> Default for GravityState<T, N> {
+impl<T: Number, const N: usize> GravityState<T, N> {
+    /// Waits for the first measurement.
+    #[inline(always)]
+    pub fn new() -> Self {
+        let zero = T::literal(0.0);
+        Self {
+            levels: State { levels: [Vector::zero().0; N] },
+            rotation: Rotation::identity(),
+            rest: Rest::new(),
+            rate: HeldRate::new(),
+            heading: Heading::new(),
+            age: zero,
+            since_correction: zero,
+            started: T::Mask::same(false),
+            resting: T::Mask::same(false),
+        }
+    }
+
+    /// The levels in the arithmetic of a step.
+    #[inline(always)]
+    fn levels(&self) -> State<Vector<T>, N> {
+        let mut levels = [Vector::zero(); N];
+        for (to, from) in levels.iter_mut().zip(&self.levels.levels) {
+            *to = Vector(*from);
+        }
+        State { levels }
+    }
+
+    /// The first force is the vertical, where the filter is `starting`.
+    #[inline(always)]
+    fn start(&mut self, force: Vector<T>, starting: T::Mask) {
+        let start = State::<_, N>::at_rest::<T>(force);
+        for (level, start) in self.levels.levels.iter_mut().zip(start.levels) {
+            *level = Vector::choose(starting, start, Vector(*level)).0;
+        }
+        self.started = self.started | starting;
+    }
+
+    /// Turns the attitude until the low-passed force is its vertical.
+    #[inline(always)]
+    fn set_upright(&mut self) {
+        let (up, there) = Vector(self.levels.levels[0]).direction();
+        let upright = self.rotation.upright(up);
+        self.rotation = if (there & self.started).all() {
+            upright
+        } else {
+            Rotation::choose(there & self.started, upright, self.rotation.renormalised())
+        };
+    }
+
+    /// The vertical forgotten, heading and bias kept.
+    #[inline(always)]
+    fn renewed(&self) -> Self {
+        let zero = T::literal(0.0);
+        let rest = self.rest.renewed();
+        Self { rest, age: zero, since_correction: zero, started: T::Mask::same(false), ..*self }
+    }
+
+    #[inline(always)]
+    fn is_finite(&self) -> T::Mask {
+        // One number that is not finite makes the sum none.
+        let mut sum = self.rotation.square();
+        for level in &self.levels.levels {
+            let [x, y, z] = Vector(*level).parts();
+            sum += x + y + z;
+        }
+        sum.is_number()
+    }
+
+    /// `yes` where the mask is true, `no` elsewhere.
+    #[inline(always)]
+    fn choose(mask: T::Mask, yes: &Self, no: &Self) -> Self {
+        let mut levels = no.levels;
+        for (i, level) in levels.levels.iter_mut().enumerate() {
+            *level = Vector::choose(mask, Vector(yes.levels.levels[i]), Vector(*level)).0;
+        }
+        Self {
+            levels,
+            rotation: Rotation::choose(mask, yes.rotation, no.rotation),
+            rest: Rest::choose(mask, &yes.rest, &no.rest),
+            rate: HeldRate::choose(mask, &yes.rate, &no.rate),
+            heading: Heading::choose(mask, &yes.heading, &no.heading),
+            age: T::choose(mask, yes.age, no.age),
+            since_correction: T::choose(mask, yes.since_correction, no.since_correction),
+            started: mask & yes.started | !mask & no.started,
+            resting: mask & yes.resting | !mask & no.resting,
+        }
+    }
+
+    /// The same state in other numbers: for several recordings side by side.
+    pub fn each<U: Number>(&self, change: &mut impl Change<T, U>) -> GravityState<U, N> {
+        GravityState {
+            levels: State { levels: self.levels.levels.map(|level| Vector(level).each(change).0) },
+            rotation: self.rotation.each(change),
+            rest: self.rest.each(change),
+            rate: self.rate.each(change),
+            heading: self.heading.each(change),
+            age: change.number(self.age),
+            since_correction: change.number(self.since_correction),
+            started: change.mask(self.started),
+            resting: change.mask(self.resting),
+        }
+    }
+}
+
+impl<T: Number, const N: usize> Default for GravityState<T, N> {
     fn default() -> Self {
         Self::new()
     }

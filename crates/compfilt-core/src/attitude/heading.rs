@@ -1,9 +1,10 @@
 //! The heading of an attitude whose tilt is known otherwise.
 
-use super::rotation::{Rotation, direction, horizontal};
+use super::rotation::{Rotation, horizontal};
+use super::vector::Vector;
 use crate::error::positive;
 use crate::linear::Flags;
-use crate::{Error, Real};
+use crate::{Change, Error, FlagSet, Mask, Number, Real};
 use nalgebra::Vector3;
 
 /// How the heading follows a magnetometer: a first-order filter on the turn about the vertical, with the gyro's turn as input.
@@ -29,63 +30,110 @@ impl<T: Real> HeadingRule<T> {
     pub fn new(tau: T) -> Result<Self, Error> {
         Ok(Self { tau: positive("heading_tau", tau)? })
     }
+}
 
-    /// Turns `rotation` about the vertical towards the one in which the horizontal part of `field` points north.
+impl<T: Number> HeadingRule<T> {
+    /// Turns `rotation` about the vertical towards the one in which the horizontal part of `field` points north, where the
+    /// filter has `started`.
+    #[inline(always)]
     pub(super) fn update(
         &self,
         heading: &mut Heading<T>,
         rotation: &mut Rotation<T>,
         field: Option<&Vector3<T>>,
         dt: T,
-    ) -> Flags {
-        heading.since += dt;
-        let Some(field) = field else { return Flags::default() };
-        let up = rotation.up();
-        let Some(north) = direction(field).and_then(|field| horizontal(&field, &up)) else {
-            return Flags::MAGNETOMETER_MISSING;
-        };
-        if heading.known && heading.since <= T::zero() {
-            return Flags::default();
+        started: T::Mask,
+        flags: &mut T::Flags,
+    ) {
+        heading.since = T::choose(started, heading.since + dt, heading.since);
+        let Some(field) = field else { return };
+        let up = Vector(rotation.up());
+        let (field, there) = Vector(*field).direction();
+        let (north, is_level) = horizontal(field, up);
+        let there = there & is_level;
+        flags.raise(Flags::MAGNETOMETER_MISSING, started & !there);
+        let zero = T::literal(0.0);
+        let followed = started & there & heading.known & zero.less(heading.since);
+        let turned = self.follow(heading, rotation, north, followed);
+        *rotation = Rotation::choose(followed, turned, *rotation);
+        let set = started & there & !heading.known;
+        if set.any() {
+            let facing = Rotation::of_axes(north.cross(&up), north, up);
+            *rotation = Rotation::choose(set, facing, *rotation);
+            heading.known = heading.known | set;
         }
-        if heading.known {
-            let since = heading.since;
-            heading.age += since;
-            // The mean of all so far, until that is longer than the memory.
-            let memory = if heading.age < self.tau { heading.age } else { self.tau };
-            let weight = since / (memory + since);
-            let measured = rotation.to_world(&north);
-            let sine =
-                if measured.y < T::zero() { T::one().copysign(measured.x) } else { measured.x };
-            let turn = Rotation::of_turn(&Vector3::new(T::zero(), T::zero(), sine * weight));
-            *rotation = turn.times(rotation).renormalised();
-        } else {
-            *rotation = Rotation::from_axes(&north.cross(&up), &north, &up);
-            heading.known = true;
-        }
-        heading.since = T::zero();
-        Flags::default()
+        heading.since = T::choose(followed | set, zero, heading.since);
+    }
+
+    /// The attitude turned by the share that the memory leaves to this field.
+    #[inline(always)]
+    fn follow(
+        &self,
+        heading: &mut Heading<T>,
+        rotation: &Rotation<T>,
+        north: Vector<T>,
+        followed: T::Mask,
+    ) -> Rotation<T> {
+        let (zero, one) = (T::literal(0.0), T::literal(1.0));
+        let since = heading.since;
+        heading.age = T::choose(followed, heading.age + since, heading.age);
+        // The mean of all so far, until that is longer than the memory.
+        let weight = since / (heading.age.or_less(self.tau) + since);
+        let [east, towards, _] = Vector(rotation.to_world(&north.0)).parts();
+        // Behind by more than a quarter turn, the sine gets smaller again.
+        let behind = T::choose(east.less(zero), -one, one);
+        let sine = T::choose(towards.less(zero), behind, east);
+        let turn = Rotation::of_turn(&Vector::new(zero, zero, sine * weight).0);
+        turn.times(rotation).renormalised()
+    }
+
+    #[inline(always)]
+    pub(super) fn each<U: Number>(&self, change: &mut impl Change<T, U>) -> HeadingRule<U> {
+        HeadingRule { tau: change.number(self.tau) }
     }
 }
 
 /// What a [`HeadingRule`] remembers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Heading<T> {
+pub struct Heading<T: Number> {
     /// Seconds since the first field.
     pub age: T,
     /// Seconds since the last.
     pub since: T,
     /// Whether a field has set the heading.
-    pub known: bool,
+    pub known: T::Mask,
 }
 
-impl<T: Real> Heading<T> {
+impl<T: Number> Heading<T> {
     /// Nothing yet.
+    #[inline(always)]
     pub(super) fn new() -> Self {
-        Self { age: T::zero(), since: T::zero(), known: false }
+        let zero = T::literal(0.0);
+        Self { age: zero, since: zero, known: T::Mask::same(false) }
     }
 
     /// Known from elsewhere, and for long.
     pub(super) fn given() -> Self {
-        Self { age: T::one() / T::zero(), since: T::zero(), known: true }
+        let (age, since) = (T::literal(f64::INFINITY), T::literal(0.0));
+        Self { age, since, known: T::Mask::same(true) }
+    }
+
+    /// `yes` where the mask is true, `no` elsewhere.
+    #[inline(always)]
+    pub(super) fn choose(mask: T::Mask, yes: &Self, no: &Self) -> Self {
+        Self {
+            age: T::choose(mask, yes.age, no.age),
+            since: T::choose(mask, yes.since, no.since),
+            known: mask & yes.known | !mask & no.known,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn each<U: Number>(&self, change: &mut impl Change<T, U>) -> Heading<U> {
+        Heading {
+            age: change.number(self.age),
+            since: change.number(self.since),
+            known: change.mask(self.known),
+        }
     }
 }

@@ -1,11 +1,12 @@
 //! Mahony's complementary filters on the rotation group: explicit, passive and direct.
 
 use super::held_rate::HeldRate;
-use super::rotation::{Rotation, direction, horizontal};
+use super::rotation::{Rotation, horizontal};
 use super::sensors::Sensors;
+use super::vector::Vector;
 use crate::error::positive;
-use crate::linear::{Discretise, Flags, Gains, Recurrence};
-use crate::{Chain, Dt, Error, Real};
+use crate::linear::{Flags, Gains, Recurrence};
+use crate::{Chain, Change, Error, FlagSet, Mask, Number, Real};
 use nalgebra::Vector3;
 
 /// How the measured directions become an innovation, and where the gyro turns the estimate.
@@ -65,7 +66,7 @@ pub struct Observation<T> {
 
 /// The state of a [`Mahony`] filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MahonyState<T> {
+pub struct MahonyState<T: Number> {
     /// From body to world: x east, y north, z up; heading 0 at the start where there is no magnetometer.
     pub rotation: Rotation<T>,
     /// The gyro's bias in rad/s.
@@ -79,34 +80,95 @@ pub struct MahonyState<T> {
     /// Seconds since the last correction of the heading.
     pub since_heading: T,
     /// Whether there is an attitude.
-    pub started: bool,
+    pub started: T::Mask,
     /// Whether a magnetometer has set the heading.
-    pub heading_known: bool,
+    pub heading_known: T::Mask,
 }
 
 impl<T: Real> MahonyState<T> {
-    /// Waits for the first measurement.
-    pub fn new() -> Self {
-        Self {
-            rotation: Rotation::identity(),
-            bias: Vector3::zeros(),
-            rate: HeldRate::new(),
-            age: T::zero(),
-            since_correction: T::zero(),
-            since_heading: T::zero(),
-            started: false,
-            heading_known: false,
-        }
-    }
-
     /// Starts from a known attitude.
     pub fn from_rotation(rotation: Rotation<T>) -> Self {
-        let age = T::one() / T::zero();
+        let age = T::literal(f64::INFINITY);
         Self { rotation, age, started: true, heading_known: true, ..Self::new() }
     }
 }
 
-impl<T: Real> Default for MahonyState<T> {
+impl<T: Number> MahonyState<T> {
+    /// Waits for the first measurement.
+    #[inline(always)]
+    pub fn new() -> Self {
+        let zero = T::literal(0.0);
+        Self {
+            rotation: Rotation::identity(),
+            bias: Vector::zero().0,
+            rate: HeldRate::new(),
+            age: zero,
+            since_correction: zero,
+            since_heading: zero,
+            started: T::Mask::same(false),
+            heading_known: T::Mask::same(false),
+        }
+    }
+
+    /// The first vertical, and a heading where there is one.
+    #[inline(always)]
+    fn begun(&self, measured: &Directions<T>) -> Self {
+        let mut begun = *self;
+        let upright = Rotation::upwards(measured.up);
+        begun.rotation = Rotation::choose(measured.has_up, upright, self.rotation);
+        begun.started = measured.has_up;
+        begun.turn_to_north(measured.field, measured.has_field & measured.has_up);
+        begun
+    }
+
+    /// Turns about the vertical until the field's horizontal part points north.
+    #[inline(always)]
+    fn turn_to_north(&mut self, field: Vector<T>, turning: T::Mask) {
+        let up = Vector(self.rotation.up());
+        let (north, there) = horizontal(field, up);
+        let facing = Rotation::of_axes(north.cross(&up), north, up);
+        self.rotation = Rotation::choose(turning & there, facing, self.rotation);
+        self.heading_known = self.heading_known | turning & there;
+    }
+
+    #[inline(always)]
+    fn is_finite(&self) -> T::Mask {
+        // One number that is not finite makes the sum none.
+        let [x, y, z] = Vector(self.bias).parts();
+        (self.rotation.square() + x + y + z).is_number()
+    }
+
+    /// `yes` where the mask is true, `no` elsewhere.
+    #[inline(always)]
+    fn choose(mask: T::Mask, yes: &Self, no: &Self) -> Self {
+        Self {
+            rotation: Rotation::choose(mask, yes.rotation, no.rotation),
+            bias: Vector::choose(mask, Vector(yes.bias), Vector(no.bias)).0,
+            rate: HeldRate::choose(mask, &yes.rate, &no.rate),
+            age: T::choose(mask, yes.age, no.age),
+            since_correction: T::choose(mask, yes.since_correction, no.since_correction),
+            since_heading: T::choose(mask, yes.since_heading, no.since_heading),
+            started: mask & yes.started | !mask & no.started,
+            heading_known: mask & yes.heading_known | !mask & no.heading_known,
+        }
+    }
+
+    /// The same state in other numbers: for several recordings side by side.
+    pub fn each<U: Number>(&self, change: &mut impl Change<T, U>) -> MahonyState<U> {
+        MahonyState {
+            rotation: self.rotation.each(change),
+            bias: Vector(self.bias).each(change).0,
+            rate: self.rate.each(change),
+            age: change.number(self.age),
+            since_correction: change.number(self.since_correction),
+            since_heading: change.number(self.since_heading),
+            started: change.mask(self.started),
+            heading_known: change.mask(self.heading_known),
+        }
+    }
+}
+
+impl<T: Number> Default for MahonyState<T> {
     fn default() -> Self {
         Self::new()
     }
@@ -114,9 +176,13 @@ impl<T: Real> Default for MahonyState<T> {
 
 /// The measured directions of a sample: unit vectors, body axes.
 #[derive(Clone, Copy)]
-struct Directions<T> {
-    up: Option<Vector3<T>>,
-    field: Option<Vector3<T>>,
+struct Directions<T: Number> {
+    up: Vector<T>,
+    has_up: T::Mask,
+    field: Vector<T>,
+    has_field: T::Mask,
+    /// Whether there is a magnetometer at all.
+    magnetometer: bool,
 }
 
 impl<T: Real, const N: usize> Mahony<T, N> {
@@ -124,7 +190,12 @@ impl<T: Real, const N: usize> Mahony<T, N> {
     /// estimates the gyro's bias.
     pub fn new(design: Chain<T, N, 1>, form: MahonyForm) -> Self {
         const { assert!(N <= 2, "Mahony's filters have an attitude and a bias") };
-        Self { design, form, bias_limit: T::literal(0.1), sensors: Sensors::new() }
+        Self {
+            design,
+            form,
+            bias_limit: T::literal(0.1),
+            sensors: Sensors::new(T::literal(f64::INFINITY)),
+        }
     }
 
     /// The length in rad/s that the bias may have at most; 0.1 where it is not set.
@@ -155,9 +226,12 @@ impl<T: Real, const N: usize> Mahony<T, N> {
     pub fn design(&self) -> &Chain<T, N, 1> {
         &self.design
     }
+}
 
+impl<T: Number, const N: usize> Mahony<T, N> {
     /// One sample with the `gains` of its time step: `gyro` in rad/s, `specific_force` and `magnetic_field` of any length, body
     /// axes. What is not finite, has no length, or is clipped is missing: the filter coasts, and says so.
+    #[inline(always)]
     pub fn update(
         &self,
         gains: &Gains<T, N, 1>,
@@ -165,48 +239,25 @@ impl<T: Real, const N: usize> Mahony<T, N> {
         gyro: &Vector3<T>,
         specific_force: &Vector3<T>,
         magnetic_field: Option<&Vector3<T>>,
-    ) -> Flags {
-        let dt = gains.dt();
-        let (rate, mut flags) = state.rate.take(gyro, dt, self.sensors.hold);
-        // A gyro that has been missing for long stands still, whatever its bias is.
-        let rate = if flags.contains(Flags::DERIVATIVE_MISSING) { state.bias } else { rate };
-        let there = self.sensors.has_direction(specific_force);
-        let up = direction(specific_force).filter(|_| there);
-        if up.is_none() {
-            flags |= Flags::MEASUREMENT_MISSING;
+    ) -> T::Flags {
+        let (dt, mut flags) = (gains.dt(), T::Flags::default());
+        let rate = self.rate(state, gyro, dt, &mut flags);
+        let measured = self.measured(state, specific_force, magnetic_field, &mut flags);
+        let going = state.started;
+        let before = *state;
+        self.predict(state, rate, dt, &measured);
+        if measured.magnetometer && !state.heading_known.all() {
+            state.turn_to_north(measured.field, measured.has_field & !state.heading_known);
         }
-        // A field along the vertical has no heading.
-        let vertical = up.unwrap_or(state.rotation.up());
-        let field = magnetic_field
-            .and_then(direction)
-            .filter(|field| horizontal(field, &vertical).is_some());
-        if magnetic_field.is_some() && field.is_none() {
-            flags |= Flags::MAGNETOMETER_MISSING;
+        let up = Vector(state.rotation.up());
+        let innovation = self.innovation(&state.rotation, up, &measured, going, &mut flags);
+        self.correct_both(gains, state, up, innovation, &measured);
+        if !going.all() {
+            *state = MahonyState::choose(going, state, &before.begun(&measured));
+            flags.raise(Flags::NOT_STARTED, !state.started);
         }
-        let measured = Directions { up, field };
-        if !state.started {
-            return flags | begin(state, measured);
-        }
-        let heading = measured.field.filter(|_| state.heading_known);
-        self.predict(state, &rate, dt, Directions { field: heading, ..measured });
-        if let Some(field) = field.filter(|_| !state.heading_known) {
-            turn_to_north(state, &field);
-        }
-        let (innovation, more) = self.innovation(&state.rotation, measured);
-        if let Some(innovation) = innovation {
-            // About the vertical the magnetometer speaks, about the others gravity: each for the time since it last did.
-            let up = state.rotation.up();
-            let yaw = up * up.dot(&innovation);
-            if measured.up.is_some() {
-                let since = core::mem::replace(&mut state.since_correction, T::zero());
-                self.correct(gains, state, &(innovation - yaw), since);
-            }
-            if field.is_some() {
-                let since = core::mem::replace(&mut state.since_heading, T::zero());
-                self.correct(gains, state, &yaw, since);
-            }
-        }
-        flags | more | restart_if_lost(state)
+        restart_if_lost(state, &mut flags);
+        flags
     }
 
     /// The same for any number of observed directions, by the explicit form: `ω = Σ k_i v_i × v̂_i`. The state must have been
@@ -217,151 +268,231 @@ impl<T: Real, const N: usize> Mahony<T, N> {
         state: &mut MahonyState<T>,
         gyro: &Vector3<T>,
         observations: &[Observation<T>],
-    ) -> Flags {
-        let dt = gains.dt();
-        let (rate, mut flags) = state.rate.take(gyro, dt, self.sensors.hold);
-        // A gyro that has been missing for long stands still, whatever its bias is.
-        let rate = if flags.contains(Flags::DERIVATIVE_MISSING) { state.bias } else { rate };
-        if !state.started {
-            return flags | Flags::NOT_STARTED;
-        }
-        self.predict(state, &rate, dt, Directions { up: None, field: None });
-        let (mut innovation, mut any) = (Vector3::zeros(), false);
+    ) -> T::Flags {
+        let (dt, mut flags) = (gains.dt(), T::Flags::default());
+        let rate = self.rate(state, gyro, dt, &mut flags);
+        let before = *state;
+        let none = T::Mask::same(false);
+        let (up, field) = (Vector::zero(), Vector::zero());
+        let measured = Directions { up, has_up: none, field, has_field: none, magnetometer: false };
+        self.predict(state, rate, dt, &measured);
+        let (mut innovation, mut any) = (Vector::zero(), none);
         for Observation { body, world, weight } in observations {
-            if let (Some(body), Some(world), true) =
-                (direction(body), direction(world), weight.is_finite())
-            {
-                innovation += body.cross(&state.rotation.to_body(&world)) * *weight;
-                any = true;
-            } else {
-                flags |= Flags::SENSOR_MISSING;
-            }
+            let (body, has_body) = Vector(*body).direction();
+            let (world, has_world) = Vector(*world).direction();
+            let there = has_body & has_world & weight.is_number();
+            let turn = body.cross(&Vector(state.rotation.to_body(&world.0))) * *weight;
+            innovation += Vector::choose(there, turn, Vector::zero());
+            flags.raise(Flags::SENSOR_MISSING, before.started & !there);
+            any = any | there;
         }
-        if any {
-            let since = core::mem::replace(&mut state.since_correction, T::zero());
-            self.correct(gains, state, &innovation, since);
-        } else {
-            flags |= Flags::MEASUREMENT_MISSING;
-        }
-        flags | restart_if_lost(state)
+        let since = state.since_correction;
+        self.correct(gains, state, innovation, since, any);
+        state.since_correction = T::choose(any, T::literal(0.0), since);
+        flags.raise(Flags::MEASUREMENT_MISSING, before.started & !any);
+        flags.raise(Flags::NOT_STARTED, !before.started);
+        let rate = state.rate;
+        *state = MahonyState::choose(before.started, state, &MahonyState { rate, ..before });
+        restart_if_lost(state, &mut flags);
+        flags
     }
 
+    /// The rate to turn with, not yet freed from the bias.
+    #[inline(always)]
+    fn rate(
+        &self,
+        state: &mut MahonyState<T>,
+        gyro: &Vector3<T>,
+        dt: T,
+        flags: &mut T::Flags,
+    ) -> Vector<T> {
+        let taken = state.rate.take(gyro, dt, self.sensors.hold, flags);
+        // A gyro that has been missing for long stands still, whatever its bias is.
+        Vector::choose(taken.lost, Vector(state.bias), taken.value)
+    }
+
+    #[inline(always)]
+    fn measured(
+        &self,
+        state: &MahonyState<T>,
+        specific_force: &Vector3<T>,
+        magnetic_field: Option<&Vector3<T>>,
+        flags: &mut T::Flags,
+    ) -> Directions<T> {
+        let force = Vector(*specific_force);
+        let (up, has_up) = force.direction();
+        let has_up = has_up & force.is_within(self.sensors.force_range);
+        flags.raise(Flags::MEASUREMENT_MISSING, !has_up);
+        let mut measured = Directions {
+            up,
+            has_up,
+            field: up,
+            has_field: T::Mask::same(false),
+            magnetometer: false,
+        };
+        if let Some(field) = magnetic_field {
+            // A field along the vertical has no heading.
+            let vertical = Vector::choose(has_up, up, Vector(state.rotation.up()));
+            let (field, has_field) = Vector(*field).direction();
+            let (_, is_level) = horizontal(field, vertical);
+            let has_field = has_field & is_level;
+            flags.raise(Flags::MAGNETOMETER_MISSING, !has_field);
+            measured = Directions { field, has_field, magnetometer: true, ..measured };
+        }
+        measured
+    }
+
+    #[inline(always)]
     fn predict(
         &self,
         state: &mut MahonyState<T>,
-        rate: &Vector3<T>,
+        rate: Vector<T>,
         dt: T,
-        measured: Directions<T>,
+        measured: &Directions<T>,
     ) {
-        let turn = (rate - state.bias) * dt;
-        let predicted = state.rotation.turned(&turn);
-        // The measurement is of the new attitude: what it rebuilds starts from the predicted one.
-        state.rotation = match rebuilt(&predicted, measured) {
-            Some(attitude) if self.form == MahonyForm::Direct => {
-                Rotation::of_turn(&attitude.to_world(&turn)).times(&state.rotation).renormalised()
-            }
-            _ => predicted,
-        };
+        let turn = (rate - Vector(state.bias)) * dt;
+        let predicted = state.rotation.turned(&turn.0);
+        if self.form == MahonyForm::Direct {
+            // The measurement is of the new attitude: what it rebuilds starts from the predicted one.
+            let has_field = measured.has_field & state.heading_known;
+            let (attitude, there) = rebuilt(&predicted, &Directions { has_field, ..*measured });
+            let turn = Rotation::of_turn(&attitude.to_world(&turn.0));
+            let turned = turn.times(&state.rotation).renormalised();
+            state.rotation = Rotation::choose(there, turned, predicted);
+        } else {
+            state.rotation = predicted;
+        }
         state.age += dt;
         state.since_correction += dt;
         state.since_heading += dt;
     }
 
+    #[inline(always)]
     fn innovation(
         &self,
         rotation: &Rotation<T>,
-        measured: Directions<T>,
-    ) -> (Option<Vector3<T>>, Flags) {
-        let up = rotation.up();
-        let north = measured.field.and_then(|field| horizontal(&field, &up));
-        let estimated = rotation.to_body(&Vector3::y());
-        let is_opposite = |measured: Option<Vector3<T>>, estimated: &Vector3<T>| {
-            measured.is_some_and(|measured| measured.dot(estimated) < T::literal(-0.999_999))
-        };
-        let opposite = is_opposite(measured.up, &up) || is_opposite(north, &estimated);
-        let flags = if opposite { Flags::AMBIGUOUS } else { Flags::default() };
-        if self.form != MahonyForm::Explicit
-            && let Some(attitude) = rebuilt(rotation, measured)
-        {
+        up: Vector<T>,
+        measured: &Directions<T>,
+        going: T::Mask,
+        flags: &mut T::Flags,
+    ) -> Vector<T> {
+        let is_opposite =
+            |one: Vector<T>, other: &Vector<T>| one.dot(other).less(T::literal(-0.999_999));
+        let mut opposite = measured.has_up & is_opposite(measured.up, &up);
+        let mut innovation =
+            Vector::choose(measured.has_up, measured.up.cross(&up), Vector::zero());
+        if measured.magnetometer {
+            let (north, is_level) = horizontal(measured.field, up);
+            let has_north = measured.has_field & is_level;
+            let estimated = rotation.north();
+            opposite = opposite | has_north & is_opposite(north, &estimated);
+            innovation += Vector::choose(has_north, north.cross(&estimated), Vector::zero());
+        }
+        flags.raise(Flags::AMBIGUOUS, going & opposite);
+        if self.form != MahonyForm::Explicit {
+            let (attitude, there) = rebuilt(rotation, measured);
             // vee(½(R̃ - R̃ᵀ)) is sin(angle) along the axis: 2 w v of the quaternion.
             let turn = rotation.inverse().times(&attitude);
-            return (Some((turn.v + turn.v) * turn.w), flags);
+            let v = Vector(turn.v);
+            innovation = Vector::choose(there, (v + v) * turn.w, innovation);
         }
-        let tilt = measured.up.map(|measured| measured.cross(&up));
-        let yaw = north.map(|north| north.cross(&estimated));
-        let innovation = match (tilt, yaw) {
-            (Some(tilt), Some(yaw)) => Some(tilt + yaw),
-            (tilt, yaw) => tilt.or(yaw),
-        };
-        (innovation, flags)
+        innovation
     }
 
-    /// Turns the attitude and moves the bias along an innovation that counts for the time `since`.
+    /// About the vertical the magnetometer speaks, about the others gravity: each for the time since it last did.
+    #[inline(always)]
+    fn correct_both(
+        &self,
+        gains: &Gains<T, N, 1>,
+        state: &mut MahonyState<T>,
+        up: Vector<T>,
+        innovation: Vector<T>,
+        measured: &Directions<T>,
+    ) {
+        let (since, zero) = (state.since_correction, T::literal(0.0));
+        let yaw = up * up.dot(&innovation);
+        self.correct(gains, state, innovation - yaw, since, measured.has_up);
+        state.since_correction = T::choose(measured.has_up, zero, since);
+        if measured.magnetometer {
+            let since = state.since_heading;
+            self.correct(gains, state, yaw, since, measured.has_field);
+            state.since_heading = T::choose(measured.has_field, zero, since);
+        }
+    }
+
+    /// Turns the attitude and moves the bias along an innovation that counts for the time `since`, where it is `there`.
+    #[inline(always)]
     fn correct(
         &self,
         gains: &Gains<T, N, 1>,
         state: &mut MahonyState<T>,
-        innovation: &Vector3<T>,
+        innovation: Vector<T>,
         since: T,
+        there: T::Mask,
     ) {
+        let dt = gains.dt();
         let mut correction = *gains.correction();
-        if since != gains.dt()
-            && let Ok(since) = Dt::new(since)
-        {
-            correction = *self.design.gains(since).correction();
-        }
-        // The mean of all so far, until that is longer than the filter's own memory.
-        let mean = since / (state.age + gains.dt());
-        let mut correction = correction.iter();
-        if let Some(attitude) = correction.next() {
-            let attitude = if mean > *attitude { mean } else { *attitude };
-            state.rotation = state.rotation.turned(&(innovation * attitude));
-        }
-        if let Some(bias) = correction.next() {
-            state.bias -= innovation * *bias;
-            let size = state.bias.norm_squared().sqrt();
-            if size > self.bias_limit {
-                state.bias *= self.bias_limit / size;
+        let varies = since.less(dt) | dt.less(since);
+        if varies.any() {
+            let own = self.design.correction(since);
+            for (gain, own) in correction.iter_mut().zip(own) {
+                *gain = T::choose(varies, own, *gain);
             }
         }
+        // The mean of all so far, until that is longer than the filter's own memory.
+        let mean = since / (state.age + dt);
+        let attitude = correction[0].or_more(mean);
+        let turned = state.rotation.turned(&(innovation * attitude).0);
+        state.rotation = Rotation::choose(there, turned, state.rotation);
+        if let Some(gain) = correction.get(1) {
+            let bias = Vector(state.bias);
+            let moved = self.limited(bias - innovation * *gain);
+            state.bias = Vector::choose(there, moved, bias).0;
+        }
+    }
+
+    /// The bias, no longer than it may be.
+    #[inline(always)]
+    fn limited(&self, bias: Vector<T>) -> Vector<T> {
+        let square = bias.square();
+        let long = (self.bias_limit * self.bias_limit).less(square);
+        if !long.any() {
+            return bias;
+        }
+        Vector::choose(long, bias * (self.bias_limit * square.reciprocal_root()), bias)
+    }
+
+    /// The same filter in other numbers: for several recordings side by side.
+    pub fn each<U: Number>(&self, change: &mut impl Change<T, U>) -> Mahony<U, N> {
+        Mahony {
+            design: self.design.each(change),
+            form: self.form,
+            bias_limit: change.number(self.bias_limit),
+            sensors: self.sensors.each(change),
+        }
     }
 }
 
-/// The attitude with the vertical `up` and the heading of the field, or with the smallest turn from `rotation` where there is
-/// no field.
-fn rebuilt<T: Real>(rotation: &Rotation<T>, measured: Directions<T>) -> Option<Rotation<T>> {
-    let up = measured.up?;
-    if let Some(north) = measured.field.and_then(|field| horizontal(&field, &up)) {
-        return Some(Rotation::from_axes(&north.cross(&up), &north, &up));
+/// The attitude with the measured vertical and the heading of the field, or with the smallest turn from `rotation` where there
+/// is no field; and where there is one.
+#[inline(always)]
+fn rebuilt<T: Number>(rotation: &Rotation<T>, measured: &Directions<T>) -> (Rotation<T>, T::Mask) {
+    let (levelled, unique) = rotation.levelled(measured.up);
+    if !measured.magnetometer {
+        return (levelled, measured.has_up & unique);
     }
-    rotation.levelled(&up)
+    let (north, is_level) = horizontal(measured.field, measured.up);
+    let has_north = measured.has_field & is_level;
+    let facing = Rotation::of_axes(north.cross(&measured.up), north, measured.up);
+    let attitude = Rotation::choose(has_north, facing, levelled);
+    (attitude, measured.has_up & (has_north | unique))
 }
 
-fn begin<T: Real>(state: &mut MahonyState<T>, measured: Directions<T>) -> Flags {
-    let Some(up) = measured.up else { return Flags::NOT_STARTED };
-    state.rotation = Rotation::from_up(&up);
-    state.started = true;
-    if let Some(field) = measured.field {
-        turn_to_north(state, &field);
+#[inline(always)]
+fn restart_if_lost<T: Number>(state: &mut MahonyState<T>, flags: &mut T::Flags) {
+    let lost = !state.is_finite();
+    if lost.any() {
+        *state = MahonyState::choose(lost, &MahonyState::new(), state);
+        flags.raise(Flags::RESTARTED, lost);
     }
-    Flags::default()
-}
-
-/// Turns about the vertical until the field's horizontal part points north.
-fn turn_to_north<T: Real>(state: &mut MahonyState<T>, field: &Vector3<T>) {
-    let up = state.rotation.up();
-    if let Some(north) = horizontal(field, &up) {
-        state.rotation = Rotation::from_axes(&north.cross(&up), &north, &up);
-        state.heading_known = true;
-    }
-}
-
-fn restart_if_lost<T: Real>(state: &mut MahonyState<T>) -> Flags {
-    let finite =
-        state.rotation.is_finite() && state.bias.iter().all(nalgebra::ComplexField::is_finite);
-    if finite {
-        return Flags::default();
-    }
-    *state = MahonyState::new();
-    Flags::RESTARTED
 }

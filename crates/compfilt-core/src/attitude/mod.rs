@@ -3,6 +3,7 @@
 //! | file | idea |
 //! | --- | --- |
 //! | `rotation` | unit quaternions, and turns without a trigonometric function |
+//! | `vector` | three components in the arithmetic of a step |
 //! | `sensors` | what the gravity filters know of their sensors |
 //! | `held_rate` | a gyro's rate that is held where it is missing |
 //! | `gravity_filter` | the vertical as a linear low-pass in the frame that the gyro turns |
@@ -22,6 +23,7 @@ mod self_calibration;
 mod sensors;
 mod smoother;
 mod strapdown;
+mod vector;
 
 pub use gravity_filter::{GravityFilter, GravityState};
 pub use heading::{Heading, HeadingRule};

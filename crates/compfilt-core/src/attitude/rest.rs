@@ -1,7 +1,8 @@
 //! Whether the body is at rest, and the gyro's bias while it is.
 
+use super::vector::Vector;
 use crate::error::positive;
-use crate::{Error, Real};
+use crate::{Change, Error, Mask, Number, Real};
 use nalgebra::Vector3;
 
 /// When a body counts as resting.
@@ -66,58 +67,105 @@ impl<T: Real> RestRule<T> {
         /// The memory of the bias in s.
         bias_memory
     }
+}
 
+impl<T: Number> RestRule<T> {
+    #[inline(always)]
     pub(super) fn largest_bias(&self) -> T {
         self.bias_limit
     }
 
-    /// A sample after `dt` seconds; whether the body rests. Only with both sensors there; see [`Rest::disturb`].
+    /// A sample after `dt` seconds, where both sensors are `there`; a sample that is not ends a rest. Where the body rests.
+    #[inline(always)]
     pub(super) fn update(
         &self,
         rest: &mut Rest<T>,
-        gyro: &Vector3<T>,
-        force: &Vector3<T>,
+        gyro: Vector<T>,
+        force: Vector<T>,
         dt: T,
-    ) -> bool {
-        if rest.begun {
-            let longer = rest.age + dt;
-            rest.age = if longer < self.memory { longer } else { self.memory };
-            let weight = if dt > T::zero() { dt / (rest.age + dt) } else { T::zero() };
-            rest.gyro += (gyro - rest.gyro) * weight;
-            rest.force += (force - rest.force) * weight;
-        } else {
-            // The time before the first sample is nobody's.
-            *rest = Rest { begun: true, gyro: *gyro, force: *force, anchor: *force, ..*rest };
-            return false;
+        there: T::Mask,
+    ) -> T::Mask {
+        let going = rest.begun & there;
+        let low_passed = self.low_pass(rest, gyro, force, dt, going);
+        let still = low_passed & self.is_still(rest, gyro, force);
+        let zero = T::literal(0.0);
+        rest.still = T::choose(still, (rest.still + dt).or_less(self.time), zero);
+        let moved = low_passed & !still;
+        rest.anchor = Vector::choose(moved, Vector(rest.force), Vector(rest.anchor)).0;
+        if !going.all() {
+            rest.begin(gyro, force, there & !going);
         }
-        let still = rest.gyro.iter().all(|part| part.abs() <= self.bias_limit)
-            && (gyro - rest.gyro).norm_squared() < self.rate * self.rate
-            && (force - rest.force).norm_squared() < self.force * self.force
-            && (rest.force - rest.anchor).norm_squared() < self.drift * self.drift;
-        if !still {
-            rest.still = T::zero();
-            rest.anchor = rest.force;
-            return false;
-        }
-        let longer = rest.still + dt;
-        rest.still = if longer < self.time { longer } else { self.time };
-        let resting = rest.still >= self.time;
-        if resting {
-            let longer = rest.rested + dt;
-            rest.rested = if longer < self.bias_memory { longer } else { self.bias_memory };
-            if rest.rested > T::zero() {
-                let weight = dt / rest.rested;
-                let weight = if weight < T::one() { weight } else { T::one() };
-                rest.bias += (rest.gyro - rest.bias) * weight;
-            }
+        let resting = still & self.time.at_most(rest.still);
+        if resting.any() {
+            self.follow(rest, dt, resting);
         }
         resting
+    }
+
+    /// Low-passes both sensors where `going`.
+    #[inline(always)]
+    fn low_pass(
+        &self,
+        rest: &mut Rest<T>,
+        gyro: Vector<T>,
+        force: Vector<T>,
+        dt: T,
+        going: T::Mask,
+    ) -> T::Mask {
+        let age = (rest.age + dt).or_less(self.memory);
+        let zero = T::literal(0.0);
+        let weight = T::choose(zero.less(dt), dt / (age + dt), zero);
+        let (gyro_mean, force_mean) = (Vector(rest.gyro), Vector(rest.force));
+        let moved_gyro = gyro_mean + (gyro - gyro_mean) * weight;
+        let moved_force = force_mean + (force - force_mean) * weight;
+        rest.gyro = Vector::choose(going, moved_gyro, gyro_mean).0;
+        rest.force = Vector::choose(going, moved_force, force_mean).0;
+        rest.age = T::choose(going, age, rest.age);
+        going
+    }
+
+    #[inline(always)]
+    fn is_still(&self, rest: &Rest<T>, gyro: Vector<T>, force: Vector<T>) -> T::Mask {
+        let (gyro_mean, force_mean) = (Vector(rest.gyro), Vector(rest.force));
+        let [x, y, z] = gyro_mean.parts();
+        let limit = self.bias_limit;
+        let slow = x.magnitude().at_most(limit)
+            & y.magnitude().at_most(limit)
+            & z.magnitude().at_most(limit);
+        slow & (gyro - gyro_mean).square().less(self.rate * self.rate)
+            & (force - force_mean).square().less(self.force * self.force)
+            & (force_mean - Vector(rest.anchor)).square().less(self.drift * self.drift)
+    }
+
+    /// Moves the bias to the low-passed gyro where the body rests.
+    #[inline(always)]
+    fn follow(&self, rest: &mut Rest<T>, dt: T, resting: T::Mask) {
+        let rested = (rest.rested + dt).or_less(self.bias_memory);
+        rest.rested = T::choose(resting, rested, rest.rested);
+        let (zero, one) = (T::literal(0.0), T::literal(1.0));
+        let weight = (dt / T::choose(zero.less(rested), rested, one)).or_less(one);
+        let bias = Vector(rest.bias);
+        let moved = bias + (Vector(rest.gyro) - bias) * weight;
+        rest.bias = Vector::choose(resting & zero.less(rested), moved, bias).0;
+    }
+
+    #[inline(always)]
+    pub(super) fn each<U: Number>(&self, change: &mut impl Change<T, U>) -> RestRule<U> {
+        RestRule {
+            memory: change.number(self.memory),
+            time: change.number(self.time),
+            rate: change.number(self.rate),
+            force: change.number(self.force),
+            drift: change.number(self.drift),
+            bias_limit: change.number(self.bias_limit),
+            bias_memory: change.number(self.bias_memory),
+        }
     }
 }
 
 /// What a [`RestRule`] remembers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rest<T> {
+pub struct Rest<T: Number> {
     /// The gyro's bias in rad/s.
     pub bias: Vector3<T>,
     /// The low-passed gyro in rad/s.
@@ -133,31 +181,68 @@ pub struct Rest<T> {
     /// How long in s it has rested in all, at most the bias's memory.
     pub rested: T,
     /// Whether the low-passes have begun.
-    pub begun: bool,
+    pub begun: T::Mask,
 }
 
-impl<T: Real> Rest<T> {
+impl<T: Number> Rest<T> {
     /// Nothing yet.
+    #[inline(always)]
     pub(super) fn new() -> Self {
+        let (zero, nothing) = (T::literal(0.0), Vector::zero().0);
         Self {
-            bias: Vector3::zeros(),
-            gyro: Vector3::zeros(),
-            force: Vector3::zeros(),
-            anchor: Vector3::zeros(),
-            age: T::zero(),
-            still: T::zero(),
-            rested: T::zero(),
-            begun: false,
+            bias: nothing,
+            gyro: nothing,
+            force: nothing,
+            anchor: nothing,
+            age: zero,
+            still: zero,
+            rested: zero,
+            begun: T::Mask::same(false),
         }
     }
 
-    /// A sample that is not there ends a rest.
-    pub(super) fn disturb(&mut self) {
-        self.still = T::zero();
+    /// The low-passes begin: the time before the first sample is nobody's.
+    #[inline(always)]
+    fn begin(&mut self, gyro: Vector<T>, force: Vector<T>, beginning: T::Mask) {
+        self.gyro = Vector::choose(beginning, gyro, Vector(self.gyro)).0;
+        self.force = Vector::choose(beginning, force, Vector(self.force)).0;
+        self.anchor = Vector::choose(beginning, force, Vector(self.anchor)).0;
+        self.begun = self.begun | beginning;
     }
 
     /// The same bias, everything else forgotten.
-    pub(super) fn renew(&mut self) {
-        *self = Self { bias: self.bias, rested: self.rested, ..Self::new() };
+    #[inline(always)]
+    pub(super) fn renewed(&self) -> Self {
+        Self { bias: self.bias, rested: self.rested, ..Self::new() }
+    }
+
+    /// `yes` where the mask is true, `no` elsewhere.
+    #[inline(always)]
+    pub(super) fn choose(mask: T::Mask, yes: &Self, no: &Self) -> Self {
+        let vector = |a: Vector3<T>, b: Vector3<T>| Vector::choose(mask, Vector(a), Vector(b)).0;
+        Self {
+            bias: vector(yes.bias, no.bias),
+            gyro: vector(yes.gyro, no.gyro),
+            force: vector(yes.force, no.force),
+            anchor: vector(yes.anchor, no.anchor),
+            age: T::choose(mask, yes.age, no.age),
+            still: T::choose(mask, yes.still, no.still),
+            rested: T::choose(mask, yes.rested, no.rested),
+            begun: mask & yes.begun | !mask & no.begun,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn each<U: Number>(&self, change: &mut impl Change<T, U>) -> Rest<U> {
+        Rest {
+            bias: Vector(self.bias).each(change).0,
+            gyro: Vector(self.gyro).each(change).0,
+            force: Vector(self.force).each(change).0,
+            anchor: Vector(self.anchor).each(change).0,
+            age: change.number(self.age),
+            still: change.number(self.still),
+            rested: change.number(self.rested),
+            begun: change.mask(self.begun),
+        }
     }
 }

@@ -1,12 +1,11 @@
 //! What the gravity filters know of their sensors: how long a gyro is held, what is clipped, which signal is late.
 
-use super::rotation::direction;
+use super::vector::Vector;
 use crate::error::positive;
-use crate::{Error, Real, Rule};
-use nalgebra::Vector3;
+use crate::{Change, Error, Mask, Number, Real, Rule};
 
 /// No accelerometer reads this in m/s².
-const STRONGEST: f64 = 1e6;
+pub(super) const STRONGEST: f64 = 1e6;
 
 /// The properties of a gyro and an accelerometer, and what to do where one is missing.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,13 +15,49 @@ pub(super) struct Sensors<T> {
     pub(super) hold: T,
     /// A time step in s after which the vertical is sought anew.
     pub(super) gap: T,
-    pub(super) force_range: Option<T>,
+    /// What an accelerometer's component stays below in m/s².
+    pub(super) force_range: T,
+}
+
+impl<T: Number> Sensors<T> {
+    /// Whether a sample of the accelerometer in m/s² is there: of a size that is one, and not clipped.
+    #[inline(always)]
+    pub(super) fn is_there(&self, force: Vector<T>) -> T::Mask {
+        force.is_within(self.force_range) & T::literal(0.0).less(force.largest())
+    }
+
+    /// The force as it will be when its delay is over.
+    #[inline(always)]
+    pub(super) fn moved(&self, force: Vector<T>, rate: Vector<T>) -> Vector<T> {
+        if is_zero(self.delay) {
+            return force;
+        }
+        force - rate.cross(&force) * self.delay
+    }
+
+    /// Whether the attitude is turned ahead at all.
+    #[inline(always)]
+    pub(super) fn advances(&self) -> bool {
+        !is_zero(self.advance)
+    }
+
+    #[inline(always)]
+    pub(super) fn each<U: Number>(&self, change: &mut impl Change<T, U>) -> Sensors<U> {
+        Sensors {
+            delay: change.number(self.delay),
+            advance: change.number(self.advance),
+            hold: change.number(self.hold),
+            gap: change.number(self.gap),
+            force_range: change.number(self.force_range),
+        }
+    }
 }
 
 impl<T: Real> Sensors<T> {
-    pub(super) fn new() -> Self {
+    /// Of sensors whose forces stay below `strongest`.
+    pub(super) fn new(strongest: T) -> Self {
         let (hold, gap) = (T::literal(0.1), T::one());
-        Self { delay: T::zero(), advance: T::zero(), hold, gap, force_range: None }
+        Self { delay: T::zero(), advance: T::zero(), hold, gap, force_range: strongest }
     }
 
     pub(super) fn delay(self, delay: T) -> Result<Self, Error> {
@@ -42,18 +77,14 @@ impl<T: Real> Sensors<T> {
     }
 
     pub(super) fn force_range(self, force_range: T) -> Result<Self, Error> {
-        Ok(Self { force_range: Some(positive("force_range", force_range)?), ..self })
+        let range = positive("force_range", force_range)?;
+        Ok(Self { force_range: self.force_range.or_less(range), ..self })
     }
+}
 
-    /// Whether a sample of the accelerometer in m/s² is there: with a direction, not clipped, and of a size that is one.
-    pub(super) fn is_there(&self, force: &Vector3<T>) -> bool {
-        self.has_direction(force) && force.amax() < T::literal(STRONGEST)
-    }
-
-    /// The same where the length does not matter.
-    pub(super) fn has_direction(&self, force: &Vector3<T>) -> bool {
-        direction(force).is_some() && !self.force_range.is_some_and(|range| force.amax() >= range)
-    }
+#[inline(always)]
+fn is_zero<T: Number>(number: T) -> bool {
+    number.magnitude().at_most(T::literal(0.0)).all()
 }
 
 fn finite<T: Real>(parameter: &'static str, value: T) -> Result<T, Error> {

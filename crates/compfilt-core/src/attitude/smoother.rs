@@ -1,11 +1,12 @@
 //! The offline answer: the force in the gyro's frame, smoothed forward and backward.
 
 use super::heading::{Heading, HeadingRule};
-use super::rotation::{Rotation, direction};
+use super::rotation::Rotation;
 use super::strapdown::StrapdownState;
+use super::vector::Vector;
 use crate::error::positive;
 use crate::linear::Flags;
-use crate::{Dt, Error, Real};
+use crate::{Dt, Error, Number, Real};
 use nalgebra::Vector3;
 
 /// A block of the [`Smoother`]: its mean force, and what the passes leave of it.
@@ -162,7 +163,7 @@ fn backward<T: Real>(block: &mut SmootherBlock<T>, after: &SmootherBlock<T>) {
 
 /// The second pass over the samples: the smoothed force as an attitude.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SmoothedAttitude<T> {
+pub struct SmoothedAttitude<T: Number> {
     /// From body to world: x east, y north, z up; heading 0 at the start where there is no magnetometer.
     pub rotation: Rotation<T>,
     /// The world's up in body axes.
@@ -197,8 +198,15 @@ impl<T: Real> SmoothedAttitude<T> {
         let time = strapdown.time - dt * T::literal(0.5);
         self.rotation = self.rotation.times(&strapdown.turn).renormalised();
         let force = Smoother::at(blocks, &mut self.near, time, strapdown.segment)?;
-        self.up = strapdown.frame.to_body(&direction(&force)?);
-        self.rotation = self.rotation.upright(&self.up).renormalised();
-        Some(heading.update(&mut self.heading, &mut self.rotation, magnetic_field, dt))
+        let (up, there) = Vector(force).direction();
+        if !there {
+            return None;
+        }
+        self.up = strapdown.frame.to_body(&up.0);
+        self.rotation = self.rotation.upright(Vector(self.up));
+        let (known, rotation, mut flags) =
+            (&mut self.heading, &mut self.rotation, Flags::default());
+        heading.update(known, rotation, magnetic_field, dt, true, &mut flags);
+        Some(flags)
     }
 }

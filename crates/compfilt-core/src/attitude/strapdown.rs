@@ -4,6 +4,8 @@ use super::held_rate::HeldRate;
 use super::rotation::Rotation;
 use super::sensors::Sensors;
 use super::smoother::SmootherBlock;
+use super::vector::Vector;
+use crate::linear::Flags;
 use crate::{Dt, Real};
 use nalgebra::{Matrix3, Vector3};
 
@@ -70,12 +72,9 @@ impl<T: Real> Strapdown<T> {
     ) -> Option<SmootherBlock<T>> {
         let dt = dt.seconds();
         let Self { bias, matrix, sensors, .. } = self;
-        let (held, _) = state.rate.take(gyro, dt, sensors.hold);
-        let rate = if state.rate.age > sensors.hold {
-            Vector3::zeros()
-        } else {
-            held - bias - matrix * held
-        };
+        let taken = state.rate.take(gyro, dt, sensors.hold, &mut Flags::default());
+        let held = taken.value.0;
+        let rate = if taken.lost { Vector3::zeros() } else { held - bias - matrix * held };
         state.turn = Rotation::of_turn(&(rate * dt));
         state.frame = state.frame.times(&state.turn).renormalised();
         state.time += dt;
@@ -87,7 +86,7 @@ impl<T: Real> Strapdown<T> {
             return None;
         }
         state.block_time += dt;
-        if sensors.is_there(force) {
+        if sensors.is_there(Vector(*force)) {
             state.force += state.frame.to_world(&(force - rate.cross(force) * sensors.delay)) * dt;
             state.force_time += dt;
         }

@@ -1,9 +1,10 @@
 //! The recurrence: a chain of `N` integrators, fed with the `M`-th derivative, corrected by the innovation.
 
+use super::discrete::backward_euler;
 use super::poles::{is_stable, poles};
 use super::{Matched, Split};
 use crate::error::positive;
-use crate::{Element, Error, Real, Rule};
+use crate::{Change, Element, Error, Number, Real, Rule};
 use nalgebra::Complex;
 
 /// The state of a filter of order `N`: level 0 is the quantity wanted, level `i` stands for its `i`-th
@@ -35,7 +36,7 @@ impl<E, const N: usize> State<E, N> {
 ///
 /// Batch, stream, Python and firmware loop over these functions and over no others, so that they
 /// give the same bits. None of them can fail, panic or allocate.
-pub trait Recurrence<T: Real, const N: usize>: Copy {
+pub trait Recurrence<T: Number, const N: usize>: Copy {
     /// Moves the state on by the sample period with the input `u`: `x⁻ = Φ x + Γ u`.
     fn predict<E: Element<T>>(&self, state: &mut State<E, N>, u: E);
 
@@ -80,7 +81,7 @@ pub trait Recurrence<T: Real, const N: usize>: Copy {
 
 /// `x_i += L_i e`.
 #[inline(always)]
-pub(crate) fn correct_with<T: Real, E: Element<T>, const N: usize>(
+pub(crate) fn correct_with<T: Number, E: Element<T>, const N: usize>(
     correction: &[T; N],
     state: &mut State<E, N>,
     innovation: E,
@@ -155,6 +156,26 @@ impl<T: Real, const N: usize, const M: usize> Chain<T, N, M> {
     }
 }
 
+impl<T: Number, const N: usize, const M: usize> Chain<T, N, M> {
+    pub(crate) fn each<U: Number>(&self, change: &mut impl Change<T, U>) -> Chain<U, N, M> {
+        Chain { coefficients: each(&self.coefficients, change) }
+    }
+
+    /// The gains of the innovation over the time `dt`, not checked.
+    #[inline(always)]
+    pub(crate) fn correction(&self, dt: T) -> [T; N] {
+        backward_euler(&self.coefficients, dt)
+    }
+}
+
+/// The same numbers in another type.
+pub(crate) fn each<T: Number, U: Number, const N: usize>(
+    numbers: &[T; N],
+    change: &mut impl Change<T, U>,
+) -> [U; N] {
+    numbers.map(|number| change.number(number))
+}
+
 impl<T: Real, const N: usize> Chain<T, N, 1> {
     /// The same poles with only the terms below degree `split` in the low-pass.
     ///
@@ -178,7 +199,16 @@ pub struct Gains<T, const N: usize, const M: usize> {
     pub(crate) correction: [T; N],
 }
 
-impl<T: Real, const N: usize, const M: usize> Gains<T, N, M> {
+impl<T: Number, const N: usize, const M: usize> Gains<T, N, M> {
+    /// The same gains in other numbers: for several recordings side by side.
+    pub fn each<U: Number>(&self, change: &mut impl Change<T, U>) -> Gains<U, N, M> {
+        Gains {
+            shifts: each(&self.shifts, change),
+            ramp: each(&self.ramp, change),
+            correction: each(&self.correction, change),
+        }
+    }
+
     /// What the input adds to level `i`.
     #[inline(always)]
     fn driven<E: Element<T>>(&self, i: usize, u: E) -> Option<E> {
@@ -194,7 +224,7 @@ impl<T: Real, const N: usize, const M: usize> Gains<T, N, M> {
     }
 }
 
-impl<T: Real, const N: usize, const M: usize> Recurrence<T, N> for Gains<T, N, M> {
+impl<T: Number, const N: usize, const M: usize> Recurrence<T, N> for Gains<T, N, M> {
     #[inline(always)]
     fn predict<E: Element<T>>(&self, state: &mut State<E, N>, u: E) {
         // From level 0 up, so that every level still finds the old values above it. The increments are

@@ -4,7 +4,7 @@ use super::elapsed::placed;
 use super::placement::{place, polynomial_from_roots};
 use super::poles::poles;
 use super::{Chain, Gains, Recurrence, State};
-use crate::{Dt, Error, Real, Rule};
+use crate::{Dt, Error, Number, Real, Rule};
 use nalgebra::{Complex, SVector};
 
 /// A design that has gains at every time step.
@@ -89,15 +89,20 @@ impl<T: Real, const N: usize, const M: usize> Discretise<T, N> for Chain<T, N, M
 }
 
 /// `g_N = dt k_N`, `g_i = dt (k_i + g_{i+1})`, `L_i = g_i / (1 + g_1)`.
-fn backward_euler<T: Real, const N: usize>(coefficients: &[T; N], dt: T) -> [T; N] {
-    let mut g = [T::zero(); N];
-    let mut above = T::zero();
+#[inline(always)]
+pub(crate) fn backward_euler<T: Number, const N: usize>(coefficients: &[T; N], dt: T) -> [T; N] {
+    let (zero, one) = (T::literal(0.0), T::literal(1.0));
+    let mut g = [zero; N];
+    let mut above = zero;
     for (g, k) in g.iter_mut().zip(coefficients).rev() {
         above = dt * (*k + above);
         *g = above;
     }
-    let scale = T::one() / (T::one() + above);
-    g.map(|g| g * scale)
+    let scale = one / (one + above);
+    for g in &mut g {
+        *g *= scale;
+    }
+    g
 }
 
 /// `d_i = Σ_{j ≥ i} C(j, i) k_j tau^j / Σ_{j ≥ 0} k_j tau^j` with `k_0 = 1`: the polynomial with the roots

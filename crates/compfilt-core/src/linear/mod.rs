@@ -44,6 +44,7 @@ mod third_order;
 
 pub use block::{AffineMap, BlockResponse, Transition};
 pub use butterworth::Butterworth;
+pub(crate) use chain::each;
 pub use chain::{Chain, Gains, Recurrence, State};
 pub use discrete::{Discretise, Matched};
 pub use elapsed::Elapsed;

@@ -1,9 +1,10 @@
 //! The same poles shared out otherwise: low-pass and high-pass of one polynomial, cut at any degree.
 
+use super::chain::each;
 use super::discrete::backward_euler_characteristic;
 use super::poles::poles;
 use super::{Chain, Discretise, Recurrence, State};
-use crate::{Dt, Element, Error, Real, Rule};
+use crate::{Change, Dt, Element, Error, Number, Real, Rule};
 use nalgebra::Complex;
 
 /// The complementary pair of the polynomial `B(s) = Σ a_i s^i` (`a_N = 1`) that gives the low-pass the terms of degree
@@ -46,29 +47,67 @@ impl<T: Real, const N: usize> Split<T, N> {
         &self.coefficients
     }
 
+    /// The roots of `B(s)` in rad/s.
+    pub fn poles(&self) -> [Complex<T>; N] {
+        poles(&self.coefficients)
+    }
+}
+
+impl<T: Number, const N: usize> Split<T, N> {
+    /// The number of terms in the low-pass.
+    #[inline(always)]
+    pub fn split(&self) -> usize {
+        self.split
+    }
+
     /// The same filter with every coefficient at least that of `(s + speed)^N`: for the start of a low-pass of order 1 or 2.
+    #[inline(always)]
     pub(crate) fn at_least(&self, speed: T) -> Self {
-        let mut critical = T::one();
+        let mut critical = T::literal(1.0);
         let mut coefficients = self.coefficients;
         for (i, own) in coefficients.iter_mut().enumerate() {
             #[allow(clippy::cast_precision_loss)] // The order is a small number.
             let factor = (N - i) as f64 / (i + 1) as f64;
             critical *= speed * T::literal(factor);
-            if *own < critical {
-                *own = critical;
-            }
+            *own = own.or_more(critical);
         }
         Self { coefficients, ..*self }
     }
 
-    /// The number of terms in the low-pass.
-    pub fn split(&self) -> usize {
-        self.split
+    /// The gains over the time `dt`, not checked.
+    #[inline(always)]
+    pub(crate) fn over(&self, dt: T) -> SplitGains<T, N> {
+        let (zero, one) = (T::literal(0.0), T::literal(1.0));
+        let mut gains = SplitGains {
+            dt,
+            half_dt: dt * T::literal(0.5),
+            feedback: [zero; N],
+            damping: one,
+            correction: [zero; N],
+        };
+        // q_i = [1 ≤ i ≤ N - split] dt k_i + dt q_{i+1}
+        let mut above = zero;
+        for i in (1..N).rev() {
+            let own = if i <= N - self.split { self.coefficients[i - 1] } else { zero };
+            above = dt * (own + above);
+            gains.feedback[i] = above;
+        }
+        gains.damping = one / (one + above);
+        // g = (I - dt F)^{-1} dt κ by the prediction itself, then L = g / (1 + g_0).
+        let mut g = State { levels: [zero; N] };
+        for i in N - self.split..N {
+            g.levels[i] = dt * self.coefficients[i];
+        }
+        gains.predict(&mut g, zero);
+        let scale = one / (one + g.levels[0]);
+        for (correction, g) in gains.correction.iter_mut().zip(&g.levels) {
+            *correction = *g * scale;
+        }
+        gains
     }
 
-    /// The roots of `B(s)` in rad/s.
-    pub fn poles(&self) -> [Complex<T>; N] {
-        poles(&self.coefficients)
+    pub(crate) fn each<U: Number>(&self, change: &mut impl Change<T, U>) -> Split<U, N> {
+        Split { coefficients: each(&self.coefficients, change), split: self.split }
     }
 }
 
@@ -78,31 +117,7 @@ impl<T: Real, const N: usize> Discretise<T, N> for Split<T, N> {
     const LONG_STEPS: bool = true;
 
     fn gains(&self, dt: Dt<T>) -> Self::Gains {
-        let dt = dt.seconds();
-        let mut gains = SplitGains {
-            dt,
-            half_dt: dt * T::literal(0.5),
-            feedback: [T::zero(); N],
-            damping: T::one(),
-            correction: [T::zero(); N],
-        };
-        // q_i = [1 ≤ i ≤ N - split] dt k_i + dt q_{i+1}
-        let mut above = T::zero();
-        for i in (1..N).rev() {
-            let own = if i <= N - self.split { self.coefficients[i - 1] } else { T::zero() };
-            above = dt * (own + above);
-            gains.feedback[i] = above;
-        }
-        gains.damping = T::one() / (T::one() + above);
-        // g = (I - dt F)^{-1} dt κ by the prediction itself, then L = g / (1 + g_0).
-        let mut g = State { levels: [T::zero(); N] };
-        for i in N - self.split..N {
-            g.levels[i] = dt * self.coefficients[i];
-        }
-        gains.predict(&mut g, T::zero());
-        let scale = T::one() / (T::one() + g.levels[0]);
-        gains.correction = g.levels.map(|g| g * scale);
-        gains
+        self.over(dt.seconds())
     }
 
     /// The gains of a step of `cap`: placed poles would ask for negative gains, because the levels decay by themselves.
@@ -131,7 +146,46 @@ pub struct SplitGains<T, const N: usize> {
     correction: [T; N],
 }
 
-impl<T: Real, const N: usize> SplitGains<T, N> {
+impl<T: Number, const N: usize> SplitGains<T, N> {
+    /// The same gains in other numbers: for several recordings side by side.
+    pub fn each<U: Number>(&self, change: &mut impl Change<T, U>) -> SplitGains<U, N> {
+        SplitGains {
+            dt: change.number(self.dt),
+            half_dt: change.number(self.half_dt),
+            feedback: each(&self.feedback, change),
+            damping: change.number(self.damping),
+            correction: each(&self.correction, change),
+        }
+    }
+
+    /// Where they can be used.
+    #[inline(always)]
+    pub(crate) fn is_finite(&self) -> T::Mask {
+        let mut finite = self.damping.is_number();
+        for correction in &self.correction {
+            finite = finite & correction.is_number();
+        }
+        finite
+    }
+
+    /// `yes` where the mask is true, `no` elsewhere.
+    #[inline(always)]
+    pub(crate) fn choose(mask: T::Mask, yes: &Self, no: &Self) -> Self {
+        let mut chosen = Self {
+            dt: T::choose(mask, yes.dt, no.dt),
+            half_dt: T::choose(mask, yes.half_dt, no.half_dt),
+            damping: T::choose(mask, yes.damping, no.damping),
+            ..*no
+        };
+        for (i, chosen) in chosen.feedback.iter_mut().enumerate() {
+            *chosen = T::choose(mask, yes.feedback[i], *chosen);
+        }
+        for (i, chosen) in chosen.correction.iter_mut().enumerate() {
+            *chosen = T::choose(mask, yes.correction[i], *chosen);
+        }
+        chosen
+    }
+
     /// Predicts the levels from 1 on and returns what level 1 adds to level 0.
     #[inline(always)]
     fn decay<E: Element<T>>(&self, state: &mut State<E, N>) -> Option<E> {
@@ -152,7 +206,7 @@ impl<T: Real, const N: usize> SplitGains<T, N> {
     }
 }
 
-impl<T: Real, const N: usize> Recurrence<T, N> for SplitGains<T, N> {
+impl<T: Number, const N: usize> Recurrence<T, N> for SplitGains<T, N> {
     #[inline(always)]
     fn predict<E: Element<T>>(&self, state: &mut State<E, N>, u: E) {
         let driven = u * self.dt;
