@@ -12,7 +12,15 @@ use nalgebra::Scalar;
 /// on each: the results are the same bits. Where recordings side by side differ in what they need, all of it is computed and a
 /// [`Mask`] chooses; what is needed rarely stands behind [`Mask::any`].
 pub trait Number:
-    Scalar + Element<Self> + Div<Output = Self> + Neg<Output = Self> + AddAssign + SubAssign + MulAssign
+    Scalar
+    + Element<Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+    + Send
+    + Sync
 {
     /// The answer to a comparison.
     type Mask: Mask;
@@ -34,8 +42,11 @@ pub trait Number:
     /// `|self|`.
     fn magnitude(self) -> Self;
 
-    /// A first guess of `1/√self`, by the exponent's half: for [`reciprocal_root`](Self::reciprocal_root).
+    /// A first guess of `1/√self`: [`ROOT_GUESS`](Self::ROOT_GUESS) less half the number's bits, which halves the exponent.
     fn root_guess(self) -> Self;
+
+    /// Bits for the guess.
+    const ROOT_GUESS: u64;
 
     /// How many times Newton's rule makes the guess as good as the type.
     const ROOT_STEPS: usize;
@@ -82,6 +93,8 @@ pub trait Mask:
     + BitAnd<Output = Self>
     + BitOr<Output = Self>
     + Not<Output = Self>
+    + Send
+    + Sync
     + 'static
 {
     /// The same answer everywhere.
@@ -141,6 +154,7 @@ macro_rules! number {
             type Mask = bool;
             type Flags = Flags;
 
+            const ROOT_GUESS: u64 = $guess;
             const ROOT_STEPS: usize = $steps;
 
             #[inline(always)]

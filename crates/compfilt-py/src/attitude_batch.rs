@@ -1,126 +1,199 @@
-//! The loops of the attitude filters.
+//! An attitude filter bound to its state: the loop over the samples of one recording, and what is stored of it.
 
 use crate::arrays::Scalar;
-use crate::batch::Steps;
+use crate::attitude_family::{Family, Output, Sample};
+use crate::attitude_lanes::{Job, filter_all};
+use crate::attitude_log::Log;
+use crate::simd_number::Widen;
 use crate::state::Numbers;
-use crate::tilt::vector;
-use compfilt_core::Dt;
 use compfilt_core::attitude::Rotation;
 use compfilt_core::linear::Flags;
-use compfilt_core::nalgebra::{Matrix3, Vector3};
-use numpy::ndarray::{ArrayView2, ArrayViewMut1, ArrayViewMut2};
+use compfilt_core::nalgebra::Matrix3;
+use compfilt_core::{Change, Dt};
+use std::num::NonZeroUsize;
 
-/// A block of samples of an attitude filter, and where the results go.
-pub(crate) struct Block<'a, T> {
-    pub(crate) gyr: ArrayView2<'a, T>,
-    pub(crate) acc: ArrayView2<'a, T>,
-    pub(crate) mag: Option<ArrayView2<'a, T>>,
-    pub(crate) steps: Steps<'a, T>,
-    pub(crate) quaternion: ArrayViewMut2<'a, T>,
-    pub(crate) up: ArrayViewMut2<'a, T>,
-    pub(crate) bias: ArrayViewMut2<'a, T>,
-    pub(crate) at_rest: ArrayViewMut1<'a, bool>,
-    pub(crate) flags: ArrayViewMut1<'a, u8>,
-}
+/// Rows that are taken at once: a copy of them stays in the cache.
+pub(crate) const ROWS: usize = 512;
 
-/// What a filter knows after a sample.
-pub(crate) struct Output<T> {
-    pub(crate) rotation: Rotation<T>,
-    pub(crate) up: Vector3<T>,
-    pub(crate) bias: Vector3<T>,
-    pub(crate) at_rest: bool,
-}
-
-/// An attitude filter bound to its state.
-pub(crate) trait Filter<T: Scalar>: Send + Sync {
+/// Any attitude filter at work.
+pub(crate) trait Runner<T: Scalar>: Send + Sync {
     /// Takes the gains of a time step, or those of the sample period.
     fn follow(&mut self, dt: Option<Dt<T>>);
-    fn sample(&mut self, gyr: &Vector3<T>, acc: &Vector3<T>, mag: Option<&Vector3<T>>) -> Flags;
-    /// `None` before the start.
-    fn output(&self) -> Option<Output<T>>;
+    fn sample(&mut self, sample: &Sample<T>) -> Flags;
+    fn output(&self) -> Output<T>;
+    fn filter(&mut self, log: &mut Log<'_, T>);
+    /// Filters recordings that have nothing to do with this one's state, each from its own stored state.
+    fn filter_many(&self, logs: Vec<Log<'_, T>>, states: &mut [Numbers], workers: NonZeroUsize);
     /// The gyro's sensitivity errors, where the filter learns them.
-    fn calibration(&self) -> Option<Matrix3<T>> {
-        None
-    }
-
+    fn calibration(&self) -> Option<Matrix3<T>>;
     /// The delay that it works with in s, where it learns that.
-    fn delay(&self) -> Option<T> {
-        None
-    }
-
+    fn delay(&self) -> Option<T>;
     fn store(&self) -> Numbers;
     fn restore(&mut self, numbers: &Numbers) -> bool;
     fn reset(&mut self, attitude: Option<Rotation<T>>);
 }
 
-/// The same for any filter behind one pointer.
-pub(crate) trait Runner<T: Scalar>: Filter<T> {
-    fn block(&mut self, block: Block<'_, T>);
+/// A filter of a family bound to its state.
+pub(crate) struct Bound<F: Family, T: Scalar> {
+    pub(crate) filter: F::Filter<T>,
+    /// The sample period in s, if there is one.
+    pub(crate) sampled: Option<T>,
+    /// The time step of the gains.
+    dt: T,
+    gains: F::Gains<T>,
+    pub(crate) state: F::State<T>,
 }
 
-impl<T: Scalar, F: Filter<T>> Runner<T> for F {
-    fn block(&mut self, mut block: Block<'_, T>) {
-        if let Steps::Uniform = block.steps {
-            self.follow(None);
+impl<F: Family, T: Scalar> Bound<F, T> {
+    pub(crate) fn new(filter: F::Filter<T>, sampled: Option<Dt<T>>) -> Self {
+        let sampled = sampled.map(Dt::seconds);
+        let dt = sampled.unwrap_or(T::zero());
+        Self { filter, sampled, dt, gains: F::gains(&filter, dt), state: F::start(None) }
+    }
+}
+
+/// One sample after the time step `dt`; where time began anew there is none.
+#[inline(always)]
+pub(crate) fn step_to<F: Family, T: Scalar>(
+    filter: &F::Filter<T>,
+    gains: &mut F::Gains<T>,
+    before: &mut T,
+    state: &mut F::State<T>,
+    dt: T,
+) -> Flags {
+    let mut flags = Flags::default();
+    let mut dt = dt;
+    if !dt.is_finite() {
+        *state = F::start(None);
+        flags = Flags::RESTARTED;
+        dt = T::zero();
+    }
+    if dt != *before {
+        (*before, *gains) = (dt, F::gains(filter, dt));
+    }
+    flags
+}
+
+impl<F: Family, T: Scalar + Widen> Runner<T> for Bound<F, T> {
+    fn follow(&mut self, dt: Option<Dt<T>>) {
+        if let Some(dt) = dt.map(Dt::seconds).or(self.sampled)
+            && dt != self.dt
+        {
+            (self.dt, self.gains) = (dt, F::gains(&self.filter, dt));
         }
-        for row in 0..block.gyr.nrows() {
-            let mut flags = Flags::default();
-            if let Steps::Each(steps) = block.steps {
-                if !steps[row].is_finite() {
-                    self.reset(None);
-                    flags |= Flags::RESTARTED;
+    }
+
+    fn sample(&mut self, sample: &Sample<T>) -> Flags {
+        F::update(&self.filter, &self.gains, &mut self.state, sample)
+    }
+
+    fn output(&self) -> Output<T> {
+        F::output(&self.filter, &self.state)
+    }
+
+    fn filter(&mut self, log: &mut Log<'_, T>) {
+        self.follow(None);
+        let rows = log.len();
+        for start in (0..rows).step_by(ROWS) {
+            let mut part = log.part(start..rows.min(start + ROWS));
+            for row in 0..part.len() {
+                let mut flags = Flags::default();
+                if let Some(steps) = part.steps {
+                    let Self { filter, gains, dt, state, .. } = self;
+                    flags = step_to::<F, T>(filter, gains, dt, state, steps[row]);
                 }
-                self.follow(Dt::new(steps[row].finite_or(T::zero())).ok());
+                flags |= F::update(&self.filter, &self.gains, &mut self.state, &part.sample(row));
+                part.write(row, flags, &F::output(&self.filter, &self.state));
             }
-            let mag = block.mag.as_ref().map(|mag| vector(mag.row(row)));
-            flags |=
-                self.sample(&vector(block.gyr.row(row)), &vector(block.acc.row(row)), mag.as_ref());
-            block.flags[row] = flags.bits();
-            block.write(row, self.output());
         }
+    }
+
+    fn filter_many(&self, logs: Vec<Log<'_, T>>, states: &mut [Numbers], workers: NonZeroUsize) {
+        let mut jobs: Vec<Job<'_, F, T>> = logs
+            .into_iter()
+            .zip(&*states)
+            .map(|(log, stored)| {
+                let state = restored::<F, T>(&self.state, stored).unwrap_or(F::start(None));
+                Job { log, state }
+            })
+            .collect();
+        filter_all::<F, T>(&self.filter, self.sampled, &mut jobs, workers);
+        for (job, stored) in jobs.iter().zip(states) {
+            *stored = stored_numbers::<F, T>(&job.state);
+        }
+    }
+
+    fn calibration(&self) -> Option<Matrix3<T>> {
+        F::calibration(&self.filter, &self.state)
+    }
+
+    fn delay(&self) -> Option<T> {
+        F::delay(&self.filter, &self.state)
+    }
+
+    fn store(&self) -> Numbers {
+        stored_numbers::<F, T>(&self.state)
+    }
+
+    fn restore(&mut self, numbers: &Numbers) -> bool {
+        let restored = restored::<F, T>(&self.state, numbers);
+        if let Some(state) = restored {
+            self.state = state;
+        }
+        restored.is_some()
+    }
+
+    fn reset(&mut self, attitude: Option<Rotation<T>>) {
+        self.state = F::start(attitude);
     }
 }
 
-impl<T: Scalar> Block<'_, T> {
-    /// The same block for another pass.
-    pub(crate) fn reborrow(&mut self) -> Block<'_, T> {
-        Block {
-            gyr: self.gyr.reborrow(),
-            acc: self.acc.reborrow(),
-            mag: self.mag.as_ref().map(|mag| mag.reborrow()),
-            steps: self.steps,
-            quaternion: self.quaternion.view_mut(),
-            up: self.up.view_mut(),
-            bias: self.bias.view_mut(),
-            at_rest: self.at_rest.view_mut(),
-            flags: self.flags.view_mut(),
-        }
+/// A state as numbers.
+struct Stored(Numbers);
+
+impl<T: Scalar> Change<T, T> for Stored {
+    fn number(&mut self, number: T) -> T {
+        self.0.put(&[number]);
+        number
     }
 
-    pub(crate) fn write_attitude(&mut self, row: usize, rotation: &Rotation<T>, up: &Vector3<T>) {
-        self.quaternion[(row, 0)] = rotation.w;
-        for axis in 0..3 {
-            self.quaternion[(row, axis + 1)] = rotation.v[axis];
-            self.up[(row, axis)] = up[axis];
-        }
+    fn mask(&mut self, mask: bool) -> bool {
+        self.0.put(&[f64::from(u8::from(mask))]);
+        mask
+    }
+}
+
+fn stored_numbers<F: Family, T: Scalar>(state: &F::State<T>) -> Numbers {
+    let mut stored = Stored(Numbers::new());
+    F::state_in(state, &mut stored);
+    stored.0
+}
+
+/// Numbers as a state.
+struct Restored<T> {
+    numbers: std::vec::IntoIter<T>,
+    complete: bool,
+}
+
+impl<T: Scalar> Change<T, T> for Restored<T> {
+    fn number(&mut self, _: T) -> T {
+        let number = self.numbers.next();
+        self.complete &= number.is_some();
+        number.unwrap_or(T::NAN)
     }
 
-    pub(crate) fn write_bias(&mut self, row: usize, bias: &Vector3<T>) {
-        for axis in 0..3 {
-            self.bias[(row, axis)] = bias[axis];
-        }
+    fn mask(&mut self, _: bool) -> bool {
+        self.number(T::NAN) != T::zero()
     }
+}
 
-    fn write(&mut self, row: usize, output: Option<Output<T>>) {
-        let nothing = Vector3::from_element(T::NAN);
-        let unknown = Rotation { w: T::NAN, v: nothing };
-        match output {
-            Some(Output { rotation, up, bias, at_rest }) => {
-                self.write_attitude(row, &rotation, &up);
-                self.write_bias(row, &bias);
-                self.at_rest[row] = at_rest;
-            }
-            None => self.write_attitude(row, &unknown, &nothing),
-        }
-    }
+/// The state that was stored, if it is one of this filter: the numbers are as many, and those of the attitude are of length 1.
+fn restored<F: Family, T: Scalar>(like: &F::State<T>, numbers: &Numbers) -> Option<F::State<T>> {
+    let numbers: Vec<T> = numbers.values();
+    let mut restored = Restored { numbers: numbers.into_iter(), complete: true };
+    let state = F::state_in(like, &mut restored);
+    let whole = restored.complete && restored.numbers.next().is_none();
+    let Rotation { w, v } = F::rotation(&state);
+    let length = w * w + v.norm_squared();
+    (whole && (length - T::one()).abs() < T::literal(1e-3)).then_some(state)
 }

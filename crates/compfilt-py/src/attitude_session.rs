@@ -1,7 +1,9 @@
 //! An attitude filter at work on Python's arrays.
 
 use crate::arrays::{Scalar, Signal, check_all_finite, check_vectors, columns};
-use crate::attitude_batch::{Block, Runner};
+use crate::attitude_batch::Runner;
+use crate::attitude_log::{Log, Rows};
+use crate::attitude_many::about;
 use crate::batch::Steps;
 use crate::precision::InPrecision;
 use crate::session::{Handling, steps};
@@ -10,7 +12,9 @@ use compfilt_core::Real;
 use compfilt_core::attitude::Rotation;
 use compfilt_core::nalgebra::{Matrix3, Vector3};
 use numpy::ndarray::Array2;
-use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use numpy::{
+    PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArray1, PyReadwriteArray2,
+};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -62,6 +66,9 @@ impl<'a, 'py> Signals<'a, 'py> {
     }
 }
 
+/// A recording among others: its place, its signals, where it starts from.
+pub(crate) type Recording<'a, 's, 'py> = (usize, &'a Signals<'s, 'py>, Option<Bound<'py, PyAny>>);
+
 /// The arrays that a run leaves.
 pub(crate) struct Arrays<'py> {
     pub(crate) quaternion: Bound<'py, PyAny>,
@@ -73,6 +80,91 @@ pub(crate) struct Arrays<'py> {
     pub(crate) flags: Bound<'py, PyArray1<u8>>,
 }
 
+/// The arrays of one recording: what is read, and what is filled.
+pub(crate) struct Prepared<'py, T: Scalar> {
+    gyr: PyReadonlyArrayDyn<'py, T>,
+    acc: PyReadonlyArrayDyn<'py, T>,
+    mag: Option<PyReadonlyArrayDyn<'py, T>>,
+    steps: Option<Vec<T>>,
+    /// The time of the last sample.
+    pub(crate) time: Option<f64>,
+    quaternion: Bound<'py, PyArray2<T>>,
+    up: Bound<'py, PyArray2<T>>,
+    bias: Bound<'py, PyArray2<T>>,
+    at_rest: Bound<'py, PyArray1<bool>>,
+    flags: Bound<'py, PyArray1<u8>>,
+}
+
+/// The results while they are filled.
+pub(crate) struct Borrowed<'py, T: Scalar> {
+    quaternion: PyReadwriteArray2<'py, T>,
+    up: PyReadwriteArray2<'py, T>,
+    bias: PyReadwriteArray2<'py, T>,
+    at_rest: PyReadwriteArray1<'py, bool>,
+    flags: PyReadwriteArray1<'py, u8>,
+}
+
+impl<'py, T: Scalar> Prepared<'py, T> {
+    pub(crate) fn new(
+        py: Python<'py>,
+        signals: &Signals<'_, 'py>,
+        handling: Handling,
+        fs: Option<f64>,
+        before: Option<f64>,
+    ) -> PyResult<Self> {
+        let (gyr, acc) = (signals.gyr.typed::<T>()?, signals.acc.typed::<T>()?);
+        let mag = signals.mag.as_ref().map(Signal::typed::<T>).transpose()?;
+        let samples = columns(&gyr)?.nrows();
+        let (steps, time) = steps::<T>(signals.t, fs, before, samples, handling.backwards)?;
+        if handling.raise_missing {
+            check_all_finite(columns(&gyr)?, "gyr")?;
+            check_all_finite(columns(&acc)?, "acc")?;
+            mag.as_ref().map_or(Ok(()), |mag| check_all_finite(columns(mag)?, "mag"))?;
+        }
+        let vectors = |width| PyArray2::<T>::zeros(py, [samples, width], false);
+        let (quaternion, up, bias) = (vectors(4), vectors(3), vectors(3));
+        let at_rest = PyArray1::<bool>::zeros(py, [samples], false);
+        let flags = PyArray1::<u8>::zeros(py, [samples], false);
+        Ok(Self { gyr, acc, mag, steps, time, quaternion, up, bias, at_rest, flags })
+    }
+
+    pub(crate) fn borrow(&self) -> Borrowed<'py, T> {
+        Borrowed {
+            quaternion: self.quaternion.readwrite(),
+            up: self.up.readwrite(),
+            bias: self.bias.readwrite(),
+            at_rest: self.at_rest.readwrite(),
+            flags: self.flags.readwrite(),
+        }
+    }
+
+    pub(crate) fn log<'a>(&'a self, results: &'a mut Borrowed<'py, T>) -> PyResult<Log<'a, T>> {
+        Ok(Log {
+            gyr: Rows::new(columns(&self.gyr)?),
+            acc: Rows::new(columns(&self.acc)?),
+            mag: self.mag.as_ref().map(|mag| columns(mag).map(Rows::new)).transpose()?,
+            steps: self.steps.as_deref().map_or(Steps::Uniform, Steps::Each),
+            quaternion: results.quaternion.as_slice_mut()?.as_chunks_mut().0,
+            up: results.up.as_slice_mut()?.as_chunks_mut().0,
+            bias: results.bias.as_slice_mut()?.as_chunks_mut().0,
+            at_rest: results.at_rest.as_slice_mut()?,
+            flags: results.flags.as_slice_mut()?,
+        })
+    }
+
+    pub(crate) fn into_arrays(self) -> Arrays<'py> {
+        Arrays {
+            quaternion: self.quaternion.into_any(),
+            up: self.up.into_any(),
+            bias: self.bias.into_any(),
+            at_rest: self.at_rest.into_any(),
+            calibration: None,
+            delay: None,
+            flags: self.flags,
+        }
+    }
+}
+
 /// Makes the arrays of results and lets `work` fill them, without Python's lock. Returns them and the time after them.
 pub(crate) fn fill<'py, T: Scalar>(
     py: Python<'py>,
@@ -80,50 +172,16 @@ pub(crate) fn fill<'py, T: Scalar>(
     handling: Handling,
     fs: Option<f64>,
     before: Option<f64>,
-    work: impl FnOnce(Block<'_, T>) + Send,
+    work: impl FnOnce(Log<'_, T>) + Send,
 ) -> PyResult<(Arrays<'py>, Option<f64>)> {
-    let (gyr, acc) = (signals.gyr.typed::<T>()?, signals.acc.typed::<T>()?);
-    let mag = signals.mag.as_ref().map(Signal::typed::<T>).transpose()?;
-    let (gyr, acc) = (columns(&gyr)?, columns(&acc)?);
-    let mag = mag.as_ref().map(columns).transpose()?;
-    let samples = gyr.nrows();
-    let (steps, time) = steps::<T>(signals.t, fs, before, samples, handling.backwards)?;
-    if handling.raise_missing {
-        check_all_finite(gyr, "gyr")?;
-        check_all_finite(acc, "acc")?;
-        mag.map_or(Ok(()), |mag| check_all_finite(mag, "mag"))?;
-    }
-    let vectors = |width| PyArray2::<T>::zeros(py, [samples, width], false);
-    let (quaternion, up, bias) = (vectors(4), vectors(3), vectors(3));
-    let at_rest = PyArray1::<bool>::zeros(py, [samples], false);
-    let flags = PyArray1::<u8>::zeros(py, [samples], false);
+    let prepared = Prepared::new(py, signals, handling, fs, before)?;
     {
-        let (mut quaternion, mut up) = (quaternion.readwrite(), up.readwrite());
-        let (mut bias, mut at_rest) = (bias.readwrite(), at_rest.readwrite());
-        let mut flags = flags.readwrite();
-        let block = Block {
-            gyr,
-            acc,
-            mag,
-            steps: steps.as_deref().map_or(Steps::Uniform, Steps::Each),
-            quaternion: quaternion.as_array_mut(),
-            up: up.as_array_mut(),
-            bias: bias.as_array_mut(),
-            at_rest: at_rest.as_array_mut(),
-            flags: flags.as_array_mut(),
-        };
-        py.detach(|| work(block));
+        let mut results = prepared.borrow();
+        let log = prepared.log(&mut results)?;
+        py.detach(|| work(log));
     }
-    let arrays = Arrays {
-        quaternion: quaternion.into_any(),
-        up: up.into_any(),
-        bias: bias.into_any(),
-        at_rest: at_rest.into_any(),
-        calibration: None,
-        delay: None,
-        flags,
-    };
-    Ok((arrays, time))
+    let time = prepared.time;
+    Ok((prepared.into_arrays(), time))
 }
 
 /// An attitude to start from.
@@ -170,11 +228,51 @@ impl<T: Scalar> Session<T> {
     ) -> PyResult<Arrays<'py>> {
         let runner = &mut self.runner;
         let (mut arrays, time) =
-            fill(py, signals, handling, self.fs, self.time, |block| runner.block(block))?;
+            fill(py, signals, handling, self.fs, self.time, |mut log| runner.filter(&mut log))?;
         self.time = time;
+        self.describe(py, &mut arrays);
+        Ok(arrays)
+    }
+
+    /// Adds what was learnt.
+    fn describe<'py>(&self, py: Python<'py>, arrays: &mut Arrays<'py>) {
         arrays.calibration = self.runner.calibration().map(|matrix| rows(py, &matrix));
         arrays.delay = self.runner.delay().map(Real::to_f64);
-        Ok(arrays)
+    }
+
+    /// Filters recordings that have nothing to do with each other, each from its own state. Returns their results and states.
+    pub(crate) fn process_many<'py>(
+        &mut self,
+        py: Python<'py>,
+        recordings: Vec<Recording<'_, '_, 'py>>,
+        handling: Handling,
+    ) -> PyResult<Vec<(Arrays<'py>, State)>> {
+        let (mut prepared, mut states) = (Vec::new(), Vec::new());
+        for (index, signals, initial) in recordings {
+            let mut prepare = || {
+                self.start(initial.as_ref())?;
+                Prepared::<T>::new(py, signals, handling, self.fs, self.time)
+            };
+            prepared.push(prepare().map_err(|error| about(py, index, error))?);
+            states.push(self.runner.store());
+        }
+        {
+            let mut results: Vec<_> = prepared.iter().map(Prepared::borrow).collect();
+            let logs =
+                prepared.iter().zip(&mut results).map(|(prepared, results)| prepared.log(results));
+            let logs = logs.collect::<PyResult<Vec<_>>>()?;
+            let runner = &self.runner;
+            py.detach(|| runner.filter_many(logs, &mut states, handling.workers));
+        }
+        let mut all = Vec::new();
+        for (prepared, numbers) in prepared.into_iter().zip(states) {
+            self.runner.restore(&numbers);
+            self.time = prepared.time;
+            let mut arrays = prepared.into_arrays();
+            self.describe(py, &mut arrays);
+            all.push((arrays, self.state()));
+        }
+        Ok(all)
     }
 
     pub(crate) fn state(&self) -> State {

@@ -1,11 +1,13 @@
 //! The attitude filters' results, and their stream.
 
 use crate::arrays::{Precision, Scalar, Signal};
+use crate::attitude_family::{Output, Sample};
 use crate::attitude_session::{AnySession, Arrays, Session, Signals};
 use crate::estimate::counts;
 use crate::precision::with_precision;
 use crate::session::{Handling, step};
 use crate::state::State;
+use compfilt_core::attitude::Rotation;
 use compfilt_core::nalgebra::{ComplexField, Vector3};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -162,7 +164,7 @@ fn three<T: Scalar>(
 }
 
 /// One sample's arrays.
-struct Sample<'a, 'py> {
+struct Given<'a, 'py> {
     gyr: &'a Bound<'py, PyAny>,
     acc: &'a Bound<'py, PyAny>,
     mag: Option<&'a Bound<'py, PyAny>>,
@@ -173,18 +175,16 @@ fn update<'py, T: Scalar>(
     py: Python<'py>,
     session: &mut Session<T>,
     raise: bool,
-    sample: &Sample<'_, 'py>,
+    sample: &Given<'_, 'py>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let gyr = three::<T>(sample.gyr, "gyr", raise)?;
     let acc = three::<T>(sample.acc, "acc", raise)?;
     let mag = sample.mag.map(|mag| three::<T>(mag, "mag", raise)).transpose()?;
     let dt = step::<T>(session.fs, &mut session.time, sample.dt)?;
     session.runner.follow(dt);
-    session.runner.sample(&gyr, &acc, mag.as_ref());
-    let parts = session.runner.output().map_or([T::NAN; 4], |output| {
-        let (w, v) = (output.rotation.w, output.rotation.v);
-        [w, v.x, v.y, v.z]
-    });
+    session.runner.sample(&Sample { gyr, acc, mag });
+    let Output { rotation: Rotation { w, v }, started, .. } = session.runner.output();
+    let parts = if started { [w, v.x, v.y, v.z] } else { [T::NAN; 4] };
     Ok(PyArray1::from_slice(py, &parts).into_any())
 }
 
@@ -202,7 +202,7 @@ impl AttitudeStream {
         dt: Option<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let raise = self.handling.raise_missing;
-        let sample = Sample { gyr, acc, mag, dt };
+        let sample = Given { gyr, acc, mag, dt };
         with_precision!(&mut self.session, session => update(py, session, raise, &sample))
     }
 

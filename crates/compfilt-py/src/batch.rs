@@ -125,6 +125,16 @@ pub(crate) fn sampled_gains<T: Scalar, D: Discretise<T, N>, const N: usize>(
     })
 }
 
+/// The period of the sample rate, if there is one, with which the design has gains.
+pub(crate) fn checked_period<T: Scalar, D: Discretise<T, N>, const N: usize>(
+    design: &D,
+    fs: Option<f64>,
+) -> PyResult<Option<Dt<T>>> {
+    let Some(fs) = fs else { return Ok(None) };
+    sampled_gains::<T, D, N>(design, fs)?;
+    Dt::from_rate(T::literal(fs)).map(Some).map_err(crate::errors::value_error)
+}
+
 /// The stream of a design with the caller's options.
 pub(crate) fn bind<T: Scalar, D: Copy>(design: D, options: &Options) -> PyResult<Stream<T, D>> {
     let mut stream = Stream::new(design)

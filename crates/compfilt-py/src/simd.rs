@@ -14,6 +14,48 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 pub(crate) use fearless_simd::{Level, dispatch};
 
+/// Runs the first expression with the widest instruction set of the processor in which eight numbers are worth it, and the other
+/// where there is none.
+macro_rules! side_by_side {
+    ($simd:ident => $wide:expr, otherwise => $scalar:expr) => {{
+        let level = $crate::simd::Level::new();
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        {
+            if let Some($simd) = level.as_avx512() {
+                ::fearless_simd::Simd::vectorize(
+                    $simd,
+                    #[inline(always)]
+                    || $wide,
+                )
+            } else if let Some($simd) = level.as_avx2() {
+                ::fearless_simd::Simd::vectorize(
+                    $simd,
+                    #[inline(always)]
+                    || $wide,
+                )
+            } else {
+                $scalar
+            }
+        }
+        #[cfg(target_arch = "aarch64")]
+        if let Some($simd) = level.as_neon() {
+            ::fearless_simd::Simd::vectorize(
+                $simd,
+                #[inline(always)]
+                || $wide,
+            )
+        } else {
+            $scalar
+        }
+        #[cfg(not(any(target_arch = "x86", target_arch = "x86_64", target_arch = "aarch64")))]
+        {
+            let _ = level;
+            $scalar
+        }
+    }};
+}
+pub(crate) use side_by_side;
+
 /// How many numbers a value holds.
 pub(crate) const WIDTH: usize = 8;
 
@@ -22,7 +64,7 @@ pub(crate) const WIDTH: usize = 8;
 /// The values live inside `dispatch` only, which had it.
 #[allow(unsafe_code)]
 #[inline(always)]
-fn proof<S: Simd>() -> S {
+pub(super) fn proof<S: Simd>() -> S {
     const { assert!(size_of::<S>() == 0, "a proof holds no data") };
     // SAFETY: a type without data has one value. It stands for a check that `dispatch` made before it called anything that
     // names `Wide64<S>` or `Wide32<S>`, which no other code does.
@@ -33,7 +75,7 @@ macro_rules! wide {
     ($(#[$doc:meta])* $Wide:ident, $T:ident, $vector:ident) => {
         $(#[$doc])*
         #[derive(Clone, Copy)]
-        pub(crate) struct $Wide<S: Simd>($vector<S>);
+        pub(crate) struct $Wide<S: Simd>(pub(super) $vector<S>);
 
         impl<S: Simd> $Wide<S> {
             #[inline(always)]

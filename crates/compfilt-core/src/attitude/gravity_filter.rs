@@ -107,7 +107,13 @@ impl<T: Real, const N: usize> GravityFilter<T, N> {
 }
 
 impl<T: Number, const N: usize> GravityFilter<T, N> {
-    /// The same of recordings side by side: what it says of those that have not started means nothing.
+    /// The gains of recordings side by side: `dt` in seconds must be that of a [`Dt`](crate::Dt).
+    #[inline(always)]
+    pub fn over(&self, dt: T) -> SplitGains<T, N> {
+        self.design.over(dt)
+    }
+
+    /// [`attitude`](Self::attitude) of recordings side by side: what it says of those that have not started means nothing.
     #[inline(always)]
     pub fn ahead(&self, state: &GravityState<T, N>) -> (Rotation<T>, Vector3<T>) {
         let mut rotation = state.rotation;
@@ -332,7 +338,7 @@ impl<T: Number, const N: usize> GravityState<T, N> {
     }
 
     /// The vertical forgotten, heading and bias kept.
-    #[inline(always)]
+    #[inline(never)]
     fn renewed(&self) -> Self {
         let zero = T::literal(0.0);
         let rest = self.rest.renewed();
@@ -351,7 +357,7 @@ impl<T: Number, const N: usize> GravityState<T, N> {
     }
 
     /// `yes` where the mask is true, `no` elsewhere.
-    #[inline(always)]
+    #[inline(never)]
     fn choose(mask: T::Mask, yes: &Self, no: &Self) -> Self {
         let mut levels = no.levels;
         for (i, level) in levels.levels.iter_mut().enumerate() {

@@ -167,13 +167,18 @@ impl<T: Number> Rotation<T> {
         if unique.all() {
             return levelled;
         }
+        Self::choose(unique, levelled, self.turned_over(up))
+    }
+
+    #[inline(never)]
+    fn turned_over(&self, up: Vector<T>) -> Self {
         let [x, ..] = up.parts();
         let (zero, one) = (T::literal(0.0), T::literal(1.0));
         let steep = T::literal(0.9).less(x.magnitude());
         let axis = Vector::new(T::choose(steep, zero, one), T::choose(steep, one, zero), zero);
         let (axis, there) = axis.cross(&up).direction();
         let axis = Vector::choose(there, axis, Vector::new(zero, zero, one));
-        Self::choose(unique, levelled, self.times(&Self::of(zero, axis)).renormalised())
+        self.times(&Self::of(zero, axis)).renormalised()
     }
 
     /// Of a quaternion of any length, and where it has a direction.

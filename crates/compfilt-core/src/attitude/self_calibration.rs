@@ -144,7 +144,7 @@ impl<T: Number> SelfCalibratingFilter<T> {
         self.sensors.delay + state.delay
     }
 
-    /// The same of recordings side by side: what it says of those that have not started means nothing.
+    /// [`attitude`](Self::attitude) of recordings side by side: what it says of those that have not started means nothing.
     #[inline(always)]
     pub fn ahead(&self, state: &SelfCalibrationState<T>) -> (Rotation<T>, Vector3<T>) {
         let mut rotation = state.rotation;
@@ -588,7 +588,7 @@ impl<T: Number> SelfCalibrationState<T> {
     }
 
     /// The vertical forgotten, heading and what was learnt kept.
-    #[inline(always)]
+    #[inline(never)]
     fn renewed(&self) -> Self {
         let mut slopes = [Slope::new(); PARAMETERS];
         for (slope, known) in slopes.iter_mut().zip(&self.slopes) {
@@ -621,7 +621,7 @@ impl<T: Number> SelfCalibrationState<T> {
     }
 
     /// `yes` where the mask is true, `no` elsewhere.
-    #[inline(always)]
+    #[inline(never)]
     fn choose(mask: T::Mask, yes: &Self, no: &Self) -> Self {
         let vector = |a: Vector3<T>, b: Vector3<T>| Vector::choose(mask, Vector(a), Vector(b)).0;
         let either = |a: T::Mask, b: T::Mask| mask & a | !mask & b;

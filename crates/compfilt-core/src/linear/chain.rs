@@ -166,6 +166,22 @@ impl<T: Number, const N: usize, const M: usize> Chain<T, N, M> {
     pub(crate) fn correction(&self, dt: T) -> [T; N] {
         backward_euler(&self.coefficients, dt)
     }
+
+    /// The gains over the time `dt` by backward Euler, not checked.
+    #[inline(always)]
+    pub(crate) fn over(&self, dt: T) -> Gains<T, N, M> {
+        let mut shifts = [dt; N];
+        let mut power = T::literal(1.0);
+        for shift in &mut shifts {
+            power *= dt;
+            *shift = power;
+        }
+        let mut ramp = shifts;
+        for weight in &mut ramp {
+            *weight *= T::literal(0.5);
+        }
+        Gains { shifts, ramp, correction: self.correction(dt) }
+    }
 }
 
 /// The same numbers in another type.
@@ -200,15 +216,6 @@ pub struct Gains<T, const N: usize, const M: usize> {
 }
 
 impl<T: Number, const N: usize, const M: usize> Gains<T, N, M> {
-    /// The same gains in other numbers: for several recordings side by side.
-    pub fn each<U: Number>(&self, change: &mut impl Change<T, U>) -> Gains<U, N, M> {
-        Gains {
-            shifts: each(&self.shifts, change),
-            ramp: each(&self.ramp, change),
-            correction: each(&self.correction, change),
-        }
-    }
-
     /// What the input adds to level `i`.
     #[inline(always)]
     fn driven<E: Element<T>>(&self, i: usize, u: E) -> Option<E> {

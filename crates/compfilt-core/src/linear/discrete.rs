@@ -68,19 +68,7 @@ impl<T: Real, const N: usize, const M: usize> Discretise<T, N> for Chain<T, N, M
     /// Backward Euler, `s = (1 - 1/z)/dt`: the discrete poles are exactly `1/(1 - p dt)`, the filter is stable
     /// for any sequence of time steps. Source: M. Wietzke's rule as it is used for the balancing cube.
     fn gains(&self, dt: Dt<T>) -> Self::Gains {
-        let dt = dt.seconds();
-        let mut shifts = [T::zero(); N];
-        let mut power = T::one();
-        for c in &mut shifts {
-            power *= dt;
-            *c = power;
-        }
-        let half = T::literal(0.5);
-        Gains {
-            shifts,
-            ramp: shifts.map(|c| c * half),
-            correction: backward_euler(self.coefficients(), dt),
-        }
+        self.over(dt.seconds())
     }
 
     fn characteristic(&self, tau: T) -> [T; N] {

@@ -147,17 +147,6 @@ pub struct SplitGains<T, const N: usize> {
 }
 
 impl<T: Number, const N: usize> SplitGains<T, N> {
-    /// The same gains in other numbers: for several recordings side by side.
-    pub fn each<U: Number>(&self, change: &mut impl Change<T, U>) -> SplitGains<U, N> {
-        SplitGains {
-            dt: change.number(self.dt),
-            half_dt: change.number(self.half_dt),
-            feedback: each(&self.feedback, change),
-            damping: change.number(self.damping),
-            correction: each(&self.correction, change),
-        }
-    }
-
     /// Where they can be used.
     #[inline(always)]
     pub(crate) fn is_finite(&self) -> T::Mask {
