@@ -146,7 +146,7 @@ impl<T: Number, const N: usize> GravityFilter<T, N> {
         let paused = self.sensors.gap.less(dt) & state.started;
         if paused.any() {
             flags.raise(Flags::RESTARTED, paused);
-            *state = GravityState::choose(paused, &state.renewed(), state);
+            *state = GravityState::choose(paused, state.renewed(), *state);
         }
         let turn = Rotation::of_turn(&(rate * dt).0);
         state.rotation = state.rotation.times(&turn);
@@ -164,7 +164,7 @@ impl<T: Number, const N: usize> GravityFilter<T, N> {
         self.heading.update(heading.0, heading.1, magnetic_field, dt, state.started, &mut flags);
         let lost = !state.is_finite();
         if lost.any() {
-            *state = GravityState::choose(lost, &GravityState::new(), state);
+            *state = GravityState::choose(lost, GravityState::new(), *state);
             flags.raise(Flags::RESTARTED, lost);
         }
         flags
@@ -339,10 +339,10 @@ impl<T: Number, const N: usize> GravityState<T, N> {
 
     /// The vertical forgotten, heading and bias kept.
     #[inline(never)]
-    fn renewed(&self) -> Self {
+    fn renewed(self) -> Self {
         let zero = T::literal(0.0);
         let rest = self.rest.renewed();
-        Self { rest, age: zero, since_correction: zero, started: T::Mask::same(false), ..*self }
+        Self { rest, age: zero, since_correction: zero, started: T::Mask::same(false), ..self }
     }
 
     #[inline(always)]
@@ -358,7 +358,7 @@ impl<T: Number, const N: usize> GravityState<T, N> {
 
     /// `yes` where the mask is true, `no` elsewhere.
     #[inline(never)]
-    fn choose(mask: T::Mask, yes: &Self, no: &Self) -> Self {
+    fn choose(mask: T::Mask, yes: Self, no: Self) -> Self {
         let mut levels = no.levels;
         for (i, level) in levels.levels.iter_mut().enumerate() {
             *level = Vector::choose(mask, Vector(yes.levels.levels[i]), Vector(*level)).0;

@@ -112,23 +112,22 @@ impl<T: Number> MahonyState<T> {
 
     /// The first vertical, and a heading where there is one.
     #[inline(never)]
-    fn begun(&self, measured: &Directions<T>) -> Self {
-        let mut begun = *self;
+    fn begun(self, measured: Directions<T>) -> Self {
+        let mut begun = self;
         let upright = Rotation::upwards(measured.up);
         begun.rotation = Rotation::choose(measured.has_up, upright, self.rotation);
         begun.started = measured.has_up;
-        begun.turn_to_north(measured.field, measured.has_field & measured.has_up);
-        begun
+        begun.turned_north(measured.field, measured.has_field & measured.has_up)
     }
 
     /// Turns about the vertical until the field's horizontal part points north.
     #[inline(never)]
-    fn turn_to_north(&mut self, field: Vector<T>, turning: T::Mask) {
+    fn turned_north(self, field: Vector<T>, turning: T::Mask) -> Self {
         let up = Vector(self.rotation.up());
         let (north, there) = horizontal(field, up);
         let facing = Rotation::of_axes(north.cross(&up), north, up);
-        self.rotation = Rotation::choose(turning & there, facing, self.rotation);
-        self.heading_known = self.heading_known | turning & there;
+        let rotation = Rotation::choose(turning & there, facing, self.rotation);
+        Self { rotation, heading_known: self.heading_known | turning & there, ..self }
     }
 
     #[inline(always)]
@@ -140,7 +139,7 @@ impl<T: Number> MahonyState<T> {
 
     /// `yes` where the mask is true, `no` elsewhere.
     #[inline(never)]
-    fn choose(mask: T::Mask, yes: &Self, no: &Self) -> Self {
+    fn choose(mask: T::Mask, yes: Self, no: Self) -> Self {
         Self {
             rotation: Rotation::choose(mask, yes.rotation, no.rotation),
             bias: Vector::choose(mask, Vector(yes.bias), Vector(no.bias)).0,
@@ -250,16 +249,16 @@ impl<T: Number, const N: usize> Mahony<T, N> {
         let rate = self.rate(state, gyro, dt, &mut flags);
         let measured = self.measured(state, specific_force, magnetic_field, &mut flags);
         let going = state.started;
-        let begun = (!going.all()).then(|| state.begun(&measured));
+        let begun = (!going.all()).then(|| state.begun(measured));
         self.predict(state, rate, dt, &measured);
         if measured.magnetometer && !state.heading_known.all() {
-            state.turn_to_north(measured.field, measured.has_field & !state.heading_known);
+            *state = state.turned_north(measured.field, measured.has_field & !state.heading_known);
         }
         let up = Vector(state.rotation.up());
         let innovation = self.innovation(&state.rotation, up, &measured, going, &mut flags);
         self.correct_both(gains, state, up, innovation, &measured);
         if let Some(begun) = begun {
-            *state = MahonyState::choose(going, state, &begun);
+            *state = MahonyState::choose(going, *state, begun);
             flags.raise(Flags::NOT_STARTED, !state.started);
         }
         restart_if_lost(state, &mut flags);
@@ -298,7 +297,7 @@ impl<T: Number, const N: usize> Mahony<T, N> {
         flags.raise(Flags::MEASUREMENT_MISSING, before.started & !any);
         flags.raise(Flags::NOT_STARTED, !before.started);
         let rate = state.rate;
-        *state = MahonyState::choose(before.started, state, &MahonyState { rate, ..before });
+        *state = MahonyState::choose(before.started, *state, MahonyState { rate, ..before });
         restart_if_lost(state, &mut flags);
         flags
     }
@@ -501,7 +500,7 @@ fn rebuilt<T: Number>(rotation: &Rotation<T>, measured: &Directions<T>) -> (Rota
 fn restart_if_lost<T: Number>(state: &mut MahonyState<T>, flags: &mut T::Flags) {
     let lost = !state.is_finite();
     if lost.any() {
-        *state = MahonyState::choose(lost, &MahonyState::new(), state);
+        *state = MahonyState::choose(lost, MahonyState::new(), *state);
         flags.raise(Flags::RESTARTED, lost);
     }
 }

@@ -171,7 +171,7 @@ impl<T: Number> Rotation<T> {
     }
 
     #[inline(never)]
-    fn turned_over(&self, up: Vector<T>) -> Self {
+    fn turned_over(self, up: Vector<T>) -> Self {
         let [x, ..] = up.parts();
         let (zero, one) = (T::literal(0.0), T::literal(1.0));
         let steep = T::literal(0.9).less(x.magnitude());

@@ -188,7 +188,7 @@ impl<T: Number> SelfCalibratingFilter<T> {
         let paused = self.sensors.gap.less(dt) & state.started;
         let mut counted = dt;
         if paused.any() {
-            *state = SelfCalibrationState::choose(paused, &state.renewed(), state);
+            *state = SelfCalibrationState::choose(paused, state.renewed(), *state);
             flags.raise(Flags::RESTARTED, paused);
             counted = T::choose(paused, T::literal(0.0), dt);
         }
@@ -218,7 +218,7 @@ impl<T: Number> SelfCalibratingFilter<T> {
         self.heading.update(heading.0, heading.1, magnetic_field, dt, state.started, &mut flags);
         let lost = !state.is_finite();
         if lost.any() {
-            *state = SelfCalibrationState::choose(lost, &SelfCalibrationState::new(), state);
+            *state = SelfCalibrationState::choose(lost, SelfCalibrationState::new(), *state);
             flags.raise(Flags::RESTARTED, lost);
         }
         flags
@@ -241,9 +241,9 @@ impl<T: Number> SelfCalibratingFilter<T> {
             for (index, slope) in unseen.slopes.iter_mut().enumerate() {
                 slope.mean = (Vector(slope.mean) + before.turned(index)).0;
             }
-            let other = SelfCalibrationState::choose(before.settled, state, &first);
-            let ended = SelfCalibrationState::choose(seen, &other, &unseen);
-            *state = SelfCalibrationState::choose(ends, &ended, &before);
+            let other = SelfCalibrationState::choose(before.settled, *state, first);
+            let ended = SelfCalibrationState::choose(seen, other, unseen);
+            *state = SelfCalibrationState::choose(ends, ended, before);
         }
     }
 
@@ -272,7 +272,7 @@ impl<T: Number> SelfCalibratingFilter<T> {
             let unlearnt = *state;
             self.learn(state, time);
             if !learning.all() {
-                *state = SelfCalibrationState::choose(learning, state, &unlearnt);
+                *state = SelfCalibrationState::choose(learning, *state, unlearnt);
             }
         }
         self.move_on(state, time);
@@ -589,7 +589,7 @@ impl<T: Number> SelfCalibrationState<T> {
 
     /// The vertical forgotten, heading and what was learnt kept.
     #[inline(never)]
-    fn renewed(&self) -> Self {
+    fn renewed(self) -> Self {
         let mut slopes = [Slope::new(); PARAMETERS];
         for (slope, known) in slopes.iter_mut().zip(&self.slopes) {
             slope.information = known.information;
@@ -622,7 +622,7 @@ impl<T: Number> SelfCalibrationState<T> {
 
     /// `yes` where the mask is true, `no` elsewhere.
     #[inline(never)]
-    fn choose(mask: T::Mask, yes: &Self, no: &Self) -> Self {
+    fn choose(mask: T::Mask, yes: Self, no: Self) -> Self {
         let vector = |a: Vector3<T>, b: Vector3<T>| Vector::choose(mask, Vector(a), Vector(b)).0;
         let either = |a: T::Mask, b: T::Mask| mask & a | !mask & b;
         let (mut matrix, mut slopes) = (no.matrix, no.slopes);

@@ -86,7 +86,7 @@ impl<T: Number> Vector<T> {
     }
 
     #[inline(never)]
-    fn direction_of_any(&self, common: T::Mask) -> (Self, T::Mask) {
+    fn direction_of_any(self, common: T::Mask) -> (Self, T::Mask) {
         let largest = self.largest();
         let there = T::literal(0.0).less(largest) & self.is_finite();
         let scale = T::choose(there & !common, largest, T::literal(1.0));
