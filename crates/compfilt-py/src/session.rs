@@ -13,6 +13,7 @@ use numpy::ndarray::{ArrayViewMut3, Dimension};
 use numpy::{IxDyn, PyArrayDyn, PyArrayMethods, PyReadwriteArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyFloat;
 use std::num::NonZeroUsize;
 
 /// What a caller chooses beside the filter's own options.
@@ -152,6 +153,15 @@ impl<T: Scalar> Session<T> {
         };
         if let Ok(state) = initial.cast::<State>() {
             return self.set_state(state.get());
+        }
+        // One number, the common case, without an array.
+        if let Ok(number) = initial.cast_exact::<PyFloat>()
+            && let level0 = T::literal(number.value())
+            && level0.is_finite()
+        {
+            self.time = None;
+            (0..channels).for_each(|channel| self.runner.reset(channel, Some(&[level0])));
+            return Ok(());
         }
         let signal = Signal::new(initial, "initial")?;
         let shape = signal.shape().to_vec();
