@@ -1,14 +1,16 @@
 //! The checks of arrays: dtypes, shapes, times, missing values.
 
 use compfilt_core::Real;
-use numpy::ndarray::{ArrayView1, ArrayView2, ArrayViewMut2, Axis};
+use numpy::ndarray::{ArrayView1, ArrayView2, ArrayViewMut2, Axis, ShapeError};
 use numpy::{
     Element, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn,
     PyReadwriteArrayDyn, PyUntypedArray, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
 use pyo3::types::PyDict;
+use std::ops::Range;
 
 /// A scalar type that numpy and the core share.
 pub(crate) trait Scalar: Real + Element + Send + Sync {
@@ -99,10 +101,8 @@ impl<'py> Signal<'py> {
     ) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
         let array = self.typed::<T>()?;
         let Some(output) = output else { return Ok(array) };
-        let numpy = output.py().import("numpy")?;
-        let may_share: bool =
-            numpy.call_method1("may_share_memory", (&*array, output))?.extract()?;
-        if !may_share {
+        let (read, written) = (addresses(&array), addresses(output));
+        if read.start.max(written.start) >= read.end.min(written.end) {
             return Ok(array);
         }
         let copy = array.call_method0("copy")?;
@@ -149,14 +149,15 @@ fn borrow<'py, T: Scalar>(
 }
 
 fn asarray<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, PyUntypedArray>> {
-    let numpy = object.py().import("numpy")?;
-    let is_masked: bool =
-        numpy.getattr("ma")?.call_method1("isMaskedArray", (object,))?.extract()?;
-    if is_masked {
+    // Looking the functions up takes longer than a short list.
+    static IS_MASKED: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    static ASARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    let py = object.py();
+    let is_masked = IS_MASKED.import(py, "numpy.ma", "isMaskedArray")?.call1((object,))?;
+    if is_masked.extract()? {
         return filled(object, name);
     }
-    let array = numpy.call_method1("asarray", (object,)).map_err(|error| {
-        let py = object.py();
+    let array = ASARRAY.import(py, "numpy", "asarray")?.call1((object,)).map_err(|error| {
         // What the object's own conversion raises, an interrupt for example, is not ours to rename.
         if error.is_instance_of::<PyTypeError>(py) || error.is_instance_of::<PyValueError>(py) {
             PyTypeError::new_err(format!("{name} must be an array of numbers: {error}"))
@@ -176,6 +177,21 @@ fn filled<'py>(masked: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, Py
         _ => return Err(PyTypeError::new_err(format!("{name} must hold real numbers"))),
     };
     Ok(float.call_method1("filled", (f64::NAN,))?.cast_into::<PyUntypedArray>()?)
+}
+
+/// The addresses between which the elements lie, as `numpy.may_share_memory` compares them: a call of that takes as long
+/// as filtering a hundred samples.
+fn addresses<T: Scalar>(array: &Bound<'_, PyArrayDyn<T>>) -> Range<usize> {
+    let first = array.data().addr();
+    if array.is_empty() {
+        return first..first;
+    }
+    let (mut start, mut end) = (first, first + size_of::<T>());
+    for (length, stride) in array.shape().iter().zip(array.strides()) {
+        let span = (length - 1) * stride.unsigned_abs();
+        if *stride < 0 { start -= span } else { end += span }
+    }
+    start..end
 }
 
 /// Whether every element lies at a multiple of its size: an array cut out of packed records may not.
@@ -248,24 +264,45 @@ pub(crate) fn check_vectors(signal: &Signal<'_>) -> PyResult<usize> {
     }
 }
 
+/// `(rows, columns)` of an array whose elements follow one another, the common case: its view needs no axes that are
+/// counted at run time, which take longer than a few samples.
+fn shape_in_one_piece<T: Element>(array: &Bound<'_, PyArrayDyn<T>>) -> Option<(usize, usize)> {
+    if !(array.is_c_contiguous() && array.is_aligned()) {
+        return None;
+    }
+    match *array.shape() {
+        [rows] => Some((rows, 1)),
+        [rows, columns] => Some((rows, columns)),
+        _ => None,
+    }
+}
+
+fn not_two_axes(error: ShapeError) -> PyErr {
+    PyValueError::new_err(format!("expected one or two axes: {error}"))
+}
+
 /// A signal with a column for every channel.
 pub(crate) fn columns<'a, T: Scalar>(
     array: &'a PyReadonlyArrayDyn<'_, T>,
 ) -> PyResult<ArrayView2<'a, T>> {
+    if let Some(shape) = shape_in_one_piece(array) {
+        return ArrayView2::from_shape(shape, array.as_slice()?).map_err(not_two_axes);
+    }
     let view = array.as_array();
     let view = if view.ndim() == 1 { view.insert_axis(Axis(1)) } else { view };
-    view.into_dimensionality()
-        .map_err(|error| PyValueError::new_err(format!("expected one or two axes: {error}")))
+    view.into_dimensionality().map_err(not_two_axes)
 }
 
 /// The same for the output.
 pub(crate) fn columns_mut<'a, T: Element>(
     array: &'a mut PyReadwriteArrayDyn<'_, T>,
 ) -> PyResult<ArrayViewMut2<'a, T>> {
+    if let Some(shape) = shape_in_one_piece(array) {
+        return ArrayViewMut2::from_shape(shape, array.as_slice_mut()?).map_err(not_two_axes);
+    }
     let view = array.as_array_mut();
     let view = if view.ndim() == 1 { view.insert_axis(Axis(1)) } else { view };
-    view.into_dimensionality()
-        .map_err(|error| PyValueError::new_err(format!("expected one or two axes: {error}")))
+    view.into_dimensionality().map_err(not_two_axes)
 }
 
 /// The first sample that is missing, as an error: for `missing="raise"`.
@@ -292,7 +329,7 @@ pub(crate) fn time_steps<T: Scalar>(
     backwards: Backwards,
 ) -> PyResult<Vec<T>> {
     let mut last = before.or_else(|| times.first().copied()).unwrap_or(0.0);
-    let step = |(row, &t): (usize, &f64)| {
+    let mut step = |(row, &t): (usize, &f64)| {
         let dt = t - last;
         if !t.is_finite() {
             return Err(PyValueError::new_err(format!("t must be finite: row {row} is {t}")));
@@ -312,5 +349,9 @@ pub(crate) fn time_steps<T: Scalar>(
         last = t;
         Ok(if dt < 0.0 { T::NAN } else { step })
     };
-    times.iter().enumerate().map(step).collect()
+    let mut steps = Vec::with_capacity(times.len());
+    for row in times.iter().enumerate() {
+        steps.push(step(row)?);
+    }
+    Ok(steps)
 }

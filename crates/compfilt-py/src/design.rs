@@ -11,6 +11,7 @@ use compfilt_core::{
 };
 use pyo3::PyResult;
 use pyo3::exceptions::PyValueError;
+use std::fmt::{self, Display, Formatter};
 
 /// The highest order of a chain.
 pub(crate) const MAX_ORDER: usize = 6;
@@ -55,6 +56,23 @@ pub(crate) struct Design {
 pub(crate) enum Rule {
     BackwardEuler,
     Matched,
+}
+
+/// What tells apart the states that a filter can go on from; in words only where a state is made or taken.
+#[derive(Clone, Copy)]
+pub(crate) struct KindOfState {
+    family: &'static str,
+    derivative_order: usize,
+    split: usize,
+    rule: Rule,
+}
+
+impl Display for KindOfState {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self { family, derivative_order, split, rule } = self;
+        let rule = if *rule == Rule::Matched { "matched" } else { "backward_euler" };
+        write!(f, "{family}, derivative_order {derivative_order}, split {split}, {rule}")
+    }
 }
 
 /// Something to do with a design once its type is known.
@@ -142,11 +160,10 @@ impl Design {
     }
 
     /// What a state must have come from to be continued with this design, whatever its gains.
-    pub(crate) fn kind_of_state(&self, family: &str, rule: Rule) -> String {
+    pub(crate) fn kind_of_state(&self, family: &'static str, rule: Rule) -> KindOfState {
         let family = if self.is_rate() { "rate" } else { family };
-        let Self { split, derivative_order, .. } = self;
-        let rule = if rule == Rule::Matched { "matched" } else { "backward_euler" };
-        format!("{family}, derivative_order {derivative_order}, split {split}, {rule}")
+        let Self { split, derivative_order, .. } = *self;
+        KindOfState { family, derivative_order, split, rule }
     }
 
     /// Which level is minus the error of the derivative, if any is.

@@ -43,8 +43,7 @@ pub(crate) struct Estimate {
     pub(crate) flags: Py<PyArrayDyn<u8>>,
     #[pyo3(get)]
     pub(crate) state: Py<State>,
-    pub(crate) names: Vec<String>,
-    pub(crate) bias_level: Option<usize>,
+    design: Design,
 }
 
 impl Estimate {
@@ -59,8 +58,7 @@ impl Estimate {
             levels: results.levels.ok_or_else(missing)?.unbind(),
             flags: results.flags.ok_or_else(missing)?.unbind(),
             state: Py::new(py, state)?,
-            names: design.level_names(),
-            bias_level: design.bias_level(),
+            design: design.clone(),
         })
     }
 
@@ -69,10 +67,11 @@ impl Estimate {
     }
 
     fn named<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        let index = self.names.iter().position(|known| known == name).ok_or_else(|| {
+        let names = self.design.level_names();
+        let index = names.iter().position(|known| known == name).ok_or_else(|| {
             PyAttributeError::new_err(format!(
                 "this filter has no {name}; its levels are {}",
-                self.names.join(", ")
+                names.join(", ")
             ))
         })?;
         self.level(py, index)?.call_method0("copy")
@@ -83,7 +82,7 @@ impl Estimate {
 impl Estimate {
     #[getter]
     fn level_names<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(py, &self.names)
+        PyTuple::new(py, self.design.level_names())
     }
 
     #[getter]
@@ -113,10 +112,10 @@ impl Estimate {
 
     #[getter]
     fn bias<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let index = self.bias_level.ok_or_else(|| {
+        let index = self.design.bias_level().ok_or_else(|| {
             PyAttributeError::new_err(format!(
                 "this filter does not estimate a bias; its levels are {}",
-                self.names.join(", ")
+                self.design.level_names().join(", ")
             ))
         })?;
         self.level(py, index)?.neg()
@@ -129,7 +128,7 @@ impl Estimate {
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let shape = self.levels.bind(py).getattr("shape")?;
-        Ok(format!("Estimate(levels of shape {shape}: {})", self.names.join(", ")))
+        Ok(format!("Estimate(levels of shape {shape}: {})", self.design.level_names().join(", ")))
     }
 }
 

@@ -84,18 +84,18 @@ impl<'a, 'py> Call<'a, 'py> {
         options: &crate::batch::Options,
         handling: crate::session::Handling,
         wanted: &Wanted<'_, 'py>,
-    ) -> PyResult<(Results<'py>, crate::state::State)> {
+    ) -> PyResult<(Results<'py>, AnySession)> {
         design.check_delay(options.delay)?;
         let (_, channels) = samples_and_channels(&self.measurement)?;
         let precision = self.measurement.precision.with(self.derivative.precision);
         let mut session = AnySession::new(precision, design, options, self.fs, channels)?;
         let input =
             Input { measurement: &self.measurement, derivative: &self.derivative, t: self.t };
-        with_precision!(&mut session, session => {
+        let results = with_precision!(&mut session, session => {
             session.start(self.initial)?;
-            let results = session.process(py, &input, handling, wanted)?;
-            Ok((results, session.state()))
-        })
+            session.process(py, &input, handling, wanted)?
+        });
+        Ok((results, session))
     }
 }
 
@@ -285,7 +285,8 @@ impl LinearFilter {
             checked(rule, input, period, delay, missing, hold, gap_cap, backwards, workers)?;
         let call = Call::new(measurement, derivative, fs, t, initial)?;
         let wanted = Wanted::Levels;
-        let (results, state) = call.run(py, &self.design, &options, handling, &wanted)?;
+        let (results, session) = call.run(py, &self.design, &options, handling, &wanted)?;
+        let state = with_precision!(&session, session => session.state());
         Estimate::new(py, &self.design, results, state)
     }
 

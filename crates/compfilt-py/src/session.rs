@@ -5,14 +5,15 @@ use crate::arrays::{
     output, time_steps, writable,
 };
 use crate::batch::{Block, Options, Runner, Steps, runner};
-use crate::design::Design;
+use crate::design::{Design, KindOfState};
 use crate::precision::InPrecision;
 use crate::state::State;
 use compfilt_core::Dt;
-use numpy::ndarray::{Axis, Ix3};
-use numpy::{IxDyn, PyArrayDyn, PyArrayMethods};
+use numpy::ndarray::{ArrayViewMut3, Dimension};
+use numpy::{IxDyn, PyArrayDyn, PyArrayMethods, PyReadwriteArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyFloat;
 use std::num::NonZeroUsize;
 
 /// What a caller chooses beside the filter's own options.
@@ -29,7 +30,7 @@ pub(crate) struct Session<T: Scalar> {
     pub(crate) fs: Option<f64>,
     /// The time of the last sample.
     pub(crate) time: Option<f64>,
-    kind: String,
+    kind: KindOfState,
 }
 
 /// Which results a caller wants.
@@ -74,12 +75,12 @@ impl<T: Scalar> Session<T> {
         wanted: &Wanted<'_, 'py>,
     ) -> PyResult<Results<'py>> {
         check_same_shape(input.measurement, input.derivative)?;
-        let shape = input.measurement.shape().to_vec();
+        let shape = IxDyn(input.measurement.shape());
         let (steps, time) = steps::<T>(input.t, self.fs, self.time, shape[0], handling.backwards)?;
         let level0 = match *wanted {
             Wanted::Levels => None,
-            Wanted::Level0(Some(out)) => Some(output::<T>(out, &shape)?),
-            Wanted::Level0(None) => Some(PyArrayDyn::<T>::zeros(py, IxDyn(&shape), false)),
+            Wanted::Level0(Some(out)) => Some(output::<T>(out, shape.slice())?),
+            Wanted::Level0(None) => Some(PyArrayDyn::<T>::zeros(py, shape.clone(), false)),
         };
         let measurement = input.measurement.typed_apart_from::<T>(level0.as_ref())?;
         let derivative = input.derivative.typed_apart_from::<T>(level0.as_ref())?;
@@ -88,10 +89,12 @@ impl<T: Scalar> Session<T> {
             check_all_finite(columns(&derivative)?, input.derivative.name)?;
         }
         let keep_levels = matches!(wanted, Wanted::Levels);
-        let mut levels_shape = vec![self.runner.order()];
-        levels_shape.extend_from_slice(&shape);
-        let levels = keep_levels.then(|| PyArrayDyn::<T>::zeros(py, IxDyn(&levels_shape), false));
-        let flags = keep_levels.then(|| PyArrayDyn::<u8>::zeros(py, IxDyn(&shape), false));
+        let order = self.runner.order();
+        let levels = keep_levels.then(|| {
+            let shape = [&[order], shape.slice()].concat();
+            PyArrayDyn::<T>::zeros(py, IxDyn(&shape), false)
+        });
+        let flags = keep_levels.then(|| PyArrayDyn::<u8>::zeros(py, shape.clone(), false));
         {
             let mut level0 = level0.as_ref().map(writable).transpose()?;
             let mut levels = levels.as_ref().map(writable).transpose()?;
@@ -101,15 +104,7 @@ impl<T: Scalar> Session<T> {
                 derivative: columns(&derivative)?,
                 steps: steps.as_deref().map_or(Steps::Uniform, Steps::Each),
                 level0: level0.as_mut().map(columns_mut).transpose()?,
-                levels: levels
-                    .as_mut()
-                    .map(|levels| {
-                        let view = levels.as_array_mut();
-                        let view = if view.ndim() == 2 { view.insert_axis(Axis(2)) } else { view };
-                        view.into_dimensionality::<Ix3>()
-                    })
-                    .transpose()
-                    .map_err(|error| PyValueError::new_err(error.to_string()))?,
+                levels: levels.as_mut().map(|levels| levels_mut(levels, order)).transpose()?,
                 flags: flags.as_mut().map(columns_mut).transpose()?,
             };
             let runner = &mut self.runner;
@@ -128,14 +123,14 @@ impl<T: Scalar> Session<T> {
             order: self.runner.order(),
             dtype: T::NAME.to_owned(),
             time: self.time,
-            kind: self.kind.clone(),
+            kind: self.kind.to_string(),
             numbers: (0..self.runner.channels()).map(|c| self.runner.store(c)).collect(),
         }
     }
 
     pub(crate) fn set_state(&mut self, state: &State) -> PyResult<()> {
         let (order, channels) = (self.runner.order(), self.runner.channels());
-        state.check(&self.kind, order, channels, T::NAME)?;
+        state.check(&self.kind.to_string(), order, channels, T::NAME)?;
         let before = self.state();
         let mut stored = state.numbers.iter().enumerate();
         if !stored.all(|(channel, numbers)| self.runner.restore(channel, numbers)) {
@@ -158,6 +153,15 @@ impl<T: Scalar> Session<T> {
         };
         if let Ok(state) = initial.cast::<State>() {
             return self.set_state(state.get());
+        }
+        // One number, the common case, without an array.
+        if let Ok(number) = initial.cast_exact::<PyFloat>()
+            && let level0 = T::literal(number.value())
+            && level0.is_finite()
+        {
+            self.time = None;
+            (0..channels).for_each(|channel| self.runner.reset(channel, Some(&[level0])));
+            return Ok(());
         }
         let signal = Signal::new(initial, "initial")?;
         let shape = signal.shape().to_vec();
@@ -189,6 +193,16 @@ impl<T: Scalar> Session<T> {
         self.time = None;
         Ok(())
     }
+}
+
+/// The view of the new array for all levels: `(order, samples, channels)`.
+fn levels_mut<'a, T: Scalar>(
+    levels: &'a mut PyReadwriteArrayDyn<'_, T>,
+    order: usize,
+) -> PyResult<ArrayViewMut3<'a, T>> {
+    let shape = (order, levels.shape()[1], levels.shape().get(2).copied().unwrap_or(1));
+    ArrayViewMut3::from_shape(shape, levels.as_slice_mut()?)
+        .map_err(|error| PyValueError::new_err(error.to_string()))
 }
 
 /// The time steps of a block and the time after it.

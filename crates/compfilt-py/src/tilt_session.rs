@@ -2,7 +2,7 @@
 
 use crate::arrays::{Precision, Scalar, Signal, check_all_finite, check_vectors, columns};
 use crate::batch::{Options, Steps};
-use crate::design::Design;
+use crate::design::{Design, KindOfState};
 use crate::precision::InPrecision;
 use crate::session::{Handling, steps};
 use crate::state::State;
@@ -18,7 +18,7 @@ pub(crate) struct Session<T: Scalar> {
     pub(crate) runner: Box<dyn Runner<T>>,
     pub(crate) fs: Option<f64>,
     pub(crate) time: Option<f64>,
-    kind: String,
+    kind: KindOfState,
 }
 
 /// A session in the precision of the signals.
@@ -125,13 +125,13 @@ impl<T: Scalar> Session<T> {
             order: self.runner.order(),
             dtype: T::NAME.to_owned(),
             time: self.time,
-            kind: self.kind.clone(),
+            kind: self.kind.to_string(),
             numbers: self.runner.store(),
         }
     }
 
     pub(crate) fn set_state(&mut self, state: &State) -> PyResult<()> {
-        state.check(&self.kind, self.runner.order(), 2, T::NAME)?;
+        state.check(&self.kind.to_string(), self.runner.order(), 2, T::NAME)?;
         let before = self.runner.store();
         if !self.runner.restore(&state.numbers) {
             self.runner.restore(&before);
