@@ -10,7 +10,7 @@ RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml
 PACKAGES := $(VENV)/.packages
 EXTENSION := $(VENV)/.extension
 
-.PHONY: help develop demo examples test test-rust test-python lint format bench bench-rust bench-python vectors wheel clean
+.PHONY: help develop demo examples test test-rust test-python lint format instructions bench bench-rust bench-python vectors wheel clean
 .DEFAULT_GOAL := help
 
 help: ## This list
@@ -55,6 +55,9 @@ format: $(PACKAGES) ## Format everything
 	cargo fmt
 	$(BIN)/ruff check --quiet --fix
 	$(BIN)/ruff format --quiet
+
+instructions: $(PACKAGES) ## Instructions per sample of every filter against their budgets (callgrind)
+	$(BIN)/python scripts/count_instructions.py
 
 bench: bench-rust bench-python ## All benches
 
