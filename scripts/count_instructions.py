@@ -190,10 +190,10 @@ def count(bench: str) -> dict[Key, float]:
 
 
 def there_is_valgrind() -> bool:
-    """Looks for valgrind; installs it where that is possible without asking anyone."""
+    """Looks for valgrind; tries to install it where that needs nobody's password."""
     if not shutil.which("valgrind") and shutil.which("apt-get") and os.geteuid() == 0:
-        subprocess.run(["apt-get", "update", "-qq"], check=True)
-        subprocess.run(["apt-get", "install", "-y", "-qq", "--no-install-recommends", "valgrind"], check=True)
+        for command in (["update"], ["install", "--yes", "--no-install-recommends", "valgrind"]):
+            subprocess.run(["apt-get", "--quiet", "--quiet", *command], check=False)
     return shutil.which("valgrind") is not None
 
 

@@ -16,13 +16,19 @@ struct Counted<'a> {
 }
 
 impl Run for Counted<'_> {
-    fn run<S, O>(&mut self, name: &str, samples: &[S], mut step: impl FnMut(&S) -> O) {
+    fn run<X: Copy, S, O>(
+        &mut self,
+        name: &str,
+        mut state: X,
+        samples: &[S],
+        mut step: impl FnMut(&mut X, &S) -> O,
+    ) {
         match self.wanted {
             None => println!("{} {name}", self.scalar),
             Some((wanted, count)) if wanted == name => {
                 // Whole logs: a part of one would cost instructions that are not the filter's.
                 for _ in 0..count / samples.len() {
-                    over(samples, &mut step);
+                    state = over(state, samples, &mut step);
                 }
             }
             Some(_) => {}

@@ -32,9 +32,9 @@ struct VaryingSteps<'a, 'b>(&'a mut Group<'b>);
 impl<T: Real> Bench<T> for VaryingSteps<'_, '_> {
     fn bench<D: Discretise<T, N>, const N: usize>(&mut self, name: &str, design: D) {
         let design = black_box(design);
-        let mut state = State::at_rest::<T>(T::zero());
-        self.0.run(name, &samples(), |sample: &Sample<T>| {
-            gains(&design, sample.dt).step(&mut state, sample.y, sample.u)
+        let start = State::at_rest::<T>(T::zero());
+        self.0.run(name, start, &samples(), |state, sample: &Sample<T>| {
+            gains(&design, sample.dt).step(state, sample.y, sample.u)
         });
     }
 }
@@ -80,9 +80,9 @@ fn third_order_stream(criterion: &mut Criterion) {
 fn lane<T: Real, const L: usize>(group: &mut Group) {
     let design = PiForm::new(T::one(), T::one()).expect("a design").chain();
     let gains = black_box(gains(&design, T::literal(0.01)));
-    let mut state = State::at_rest::<T>(SVector::<T, L>::neutral());
-    group.run(&format!("pi, {L} channels"), &samples(), |sample: &Sample<T>| {
-        gains.step(&mut state, SVector::repeat(sample.y), SVector::repeat(sample.u))
+    let start = State::at_rest::<T>(SVector::<T, L>::neutral());
+    group.run(&format!("pi, {L} channels"), start, &samples(), |state, sample: &Sample<T>| {
+        gains.step(state, SVector::repeat(sample.y), SVector::repeat(sample.u))
     });
 }
 

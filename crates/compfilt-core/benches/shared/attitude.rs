@@ -28,21 +28,19 @@ pub(crate) fn every_filter<T: Real>(runner: &mut impl Run) {
         let design = PiForm::new(T::one(), T::literal(0.1)).expect("a design").chain();
         let filter = Mahony::new(design, form);
         let gains = filter.design().at(dt).expect("gains");
-        let mut state = MahonyState::new();
-        runner.run(name, &motion, |(gyro, force)| {
-            filter.update(&gains, &mut state, gyro, force, None)
+        runner.run(name, MahonyState::new(), &motion, |state, (gyro, force)| {
+            filter.update(&gains, state, gyro, force, None)
         });
     }
     let filter = GravityFilter::second_order(T::literal(3.0), T::literal(0.5)).expect("a filter");
     let gains = filter.at(dt).expect("gains");
-    let mut state = GravityState::new();
-    runner.run("gravity filter", &motion, |(gyro, force)| {
-        filter.update(&gains, &mut state, gyro, force, None)
+    runner.run("gravity filter", GravityState::new(), &motion, |state, (gyro, force)| {
+        filter.update(&gains, state, gyro, force, None)
     });
     let filter = SelfCalibratingFilter::new(T::literal(5.0), T::literal(0.5)).expect("a filter");
     let dt = Dt::new(dt).expect("a time step");
-    let mut state = SelfCalibrationState::new();
-    runner.run("gravity filter, self-calibrating", &motion, |(gyro, force)| {
-        filter.update(dt, &mut state, gyro, force, None)
+    let start = SelfCalibrationState::new();
+    runner.run("gravity filter, self-calibrating", start, &motion, |state, (gyro, force)| {
+        filter.update(dt, state, gyro, force, None)
     });
 }

@@ -67,9 +67,10 @@ pub(crate) struct Steps<'a, R>(pub(crate) &'a mut R);
 impl<T: Real, R: Run> Bench<T> for Steps<'_, R> {
     fn bench<D: Discretise<T, N>, const N: usize>(&mut self, name: &str, design: D) {
         let gains = black_box(gains(&design, T::literal(0.01)));
-        let mut state = State::at_rest::<T>(T::zero());
-        self.0
-            .run(name, &samples(), |sample: &Sample<T>| gains.step(&mut state, sample.y, sample.u));
+        let start = State::at_rest::<T>(T::zero());
+        self.0.run(name, start, &samples(), |state, sample: &Sample<T>| {
+            gains.step(state, sample.y, sample.u)
+        });
     }
 }
 
@@ -82,9 +83,9 @@ pub(crate) fn update<T: Real, D: Discretise<T, N>, H: Hindsight<T>, const N: usi
     history: &mut H,
 ) {
     let gains = black_box(gains(stream.design(), T::literal(0.01)));
-    let mut state = StreamState::from_levels([T::zero(); N]);
-    runner.run(name, samples, |sample| {
-        let flags = stream.update(&gains, &mut state, sample.y, sample.u, history);
+    let start = StreamState::from_levels([T::zero(); N]);
+    runner.run(name, start, samples, |state, sample| {
+        let flags = stream.update(&gains, state, sample.y, sample.u, history);
         (state.level0(), flags)
     });
 }
@@ -93,9 +94,9 @@ pub(crate) fn update<T: Real, D: Discretise<T, N>, H: Hindsight<T>, const N: usi
 pub(crate) fn rate_filter<T: Real>(runner: &mut impl Run) {
     let gains = RateFilter::new(T::literal(0.5)).expect(GOOD).at(T::literal(0.01));
     let gains = black_box(gains).expect("gains");
-    let mut state = RateState::new(T::zero());
-    runner.run("rate filter, both signals", &samples(), |sample: &Sample<T>| {
-        gains.update(&mut state, sample.y, sample.u)
+    let start = RateState::new(T::zero());
+    runner.run("rate filter, both signals", start, &samples(), |state, sample: &Sample<T>| {
+        gains.update(state, sample.y, sample.u)
     });
 }
 
@@ -118,9 +119,8 @@ fn tilt<T: Real, D: Discretise<T, N>, const N: usize>(
         (gyro, Vector3::new(sample.y, sample.u, T::literal(9.81)))
     };
     let motion: Vec<_> = samples().iter().map(motion).collect();
-    let mut state = TiltState::new();
-    runner.run(name, &motion, |(gyro, force)| {
-        let flags = filter.update(&gains, &mut state, gyro, force);
-        (filter.angles(&state), flags)
+    runner.run(name, TiltState::new(), &motion, |state, (gyro, force)| {
+        let flags = filter.update(&gains, state, gyro, force);
+        (filter.angles(state), flags)
     });
 }

@@ -13,20 +13,39 @@ pub(crate) const STEPS: usize = 1024;
 
 /// What does something with a filter: measures its time, or counts its instructions.
 pub(crate) trait Run {
-    /// Takes `step` over the samples in their order; its output counts as used.
-    fn run<S, O>(&mut self, name: &str, samples: &[S], step: impl FnMut(&S) -> O);
+    /// Takes the state over the samples in their order by `step`, whose output counts as used.
+    fn run<X: Copy, S, O>(
+        &mut self,
+        name: &str,
+        state: X,
+        samples: &[S],
+        step: impl FnMut(&mut X, &S) -> O,
+    );
 }
 
 impl Run for BenchmarkGroup<'_, WallTime> {
-    fn run<S, O>(&mut self, name: &str, samples: &[S], mut step: impl FnMut(&S) -> O) {
+    fn run<X: Copy, S, O>(
+        &mut self,
+        name: &str,
+        mut state: X,
+        samples: &[S],
+        mut step: impl FnMut(&mut X, &S) -> O,
+    ) {
         self.throughput(Throughput::Elements(samples.len() as u64));
-        self.bench_function(name, |bencher| bencher.iter(|| over(samples, &mut step)));
+        self.bench_function(name, |bencher| {
+            bencher.iter(|| state = over(state, samples, &mut step));
+        });
     }
 }
 
-/// The step over all samples.
-pub(crate) fn over<S, O>(samples: &[S], step: &mut impl FnMut(&S) -> O) {
+/// The step over all samples. The state is the loop's own, as in a program, so that it may stay in registers.
+pub(crate) fn over<X: Copy, S, O>(
+    mut state: X,
+    samples: &[S],
+    step: &mut impl FnMut(&mut X, &S) -> O,
+) -> X {
     for sample in samples {
-        black_box(step(sample));
+        black_box(step(&mut state, sample));
     }
+    state
 }

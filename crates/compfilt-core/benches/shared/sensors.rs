@@ -43,14 +43,15 @@ pub(crate) fn arrays<T: Real>(runner: &mut impl Run) {
     let rate = black_box(Vector3::new(1.0, 2.0, 3.0).map(T::literal));
     for (name, rate_known) in [("gravity", Rate::Unknown), ("gravity, rate known", Rate::Known)] {
         let extraction = array().extraction(Quantity::Gravity, rate_known).expect("gravity").cast();
-        runner.run(name, &readings, |forces| extraction.step(forces, &rate));
+        runner.run(name, (), &readings, |(), forces| extraction.step(forces, &rate));
     }
     let design = FirstOrder::new(T::literal(0.5)).expect("a design").chain();
     let cube =
         Cube::new(&array(), Rate::Unknown, TiltFilter::new(design, Axes::Cube)).expect("a cube");
     let gains = cube.tilt.design().at(T::literal(0.001)).expect("gains");
-    let mut state = TiltState::new();
-    runner.run("cube", &readings, |forces| cube.update(&gains, &mut state, forces, forces, &rate));
+    runner.run("cube", TiltState::new(), &readings, |state, forces| {
+        cube.update(&gains, state, forces, forces, &rate)
+    });
 }
 
 /// An observer of three states.
@@ -61,10 +62,10 @@ pub(crate) fn observer<T: Real>(runner: &mut impl Run) {
     let correction = Matrix3x2::new(0.01, -0.02, 0.4, 0.1, 0.05, 0.3).map(T::literal);
     let observer =
         black_box(Observer::new(a, b, c, a * correction, correction).expect("an observer"));
-    let mut state = ObserverState::new(Vector3::zeros());
+    let start = ObserverState::new(Vector3::zeros());
     let inputs = vec![(Vector2::repeat(T::one()), Vector1::repeat(T::one())); STEPS];
-    runner.run("observer, 3 states", &inputs, |(y, u)| {
-        let filtered = observer.correct(&mut state, y);
-        (filtered, observer.predict(&mut state, u))
+    runner.run("observer, 3 states", start, &inputs, |state, (y, u)| {
+        let filtered = observer.correct(state, y);
+        (filtered, observer.predict(state, u))
     });
 }
