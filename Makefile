@@ -9,8 +9,10 @@ unexport PYTHONPATH PYTHONHOME
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 PACKAGES := $(VENV)/.packages
 EXTENSION := $(VENV)/.extension
+BENCH := $(VENV)/.bench
+LARGEST := 1e7
 
-.PHONY: help develop demo examples test test-rust test-python lint format bench bench-rust bench-python vectors wheel clean
+.PHONY: help develop demo examples test test-rust test-python lint format instructions bench bench-rust bench-python cost vectors wheel clean
 .DEFAULT_GOAL := help
 
 help: ## This list
@@ -56,14 +58,23 @@ format: $(PACKAGES) ## Format everything
 	$(BIN)/ruff check --quiet --fix
 	$(BIN)/ruff format --quiet
 
-bench: bench-rust bench-python ## All benches
+instructions: $(PACKAGES) ## Instructions per sample of every filter against their budgets (callgrind)
+	$(BIN)/python scripts/count_instructions.py
 
-bench-rust: ## Latency per sample of every filter (Criterion)
-	cargo bench --locked --package compfilt-core --bench latency --bench sensors --bench attitude
+bench: bench-rust bench-python cost ## All benches
 
-bench-python: $(EXTENSION) ## Throughput against numpy.add, scipy and numba in one run
+bench-rust: ## Latency per sample of every filter, throughput of slices (Criterion)
+	cargo bench --locked --package compfilt-core --bench latency --bench sensors --bench attitude --bench throughput
+
+$(BENCH): $(EXTENSION) requirements/bench.txt
 	$(BIN)/python -m pip install --quiet --requirement requirements/bench.txt
-	$(BIN)/python benches/throughput.py
+	touch $@
+
+bench-python: $(BENCH) ## Throughput against numpy.add, scipy, numba, vqf, ahrs and imufusion: tables in Markdown
+	set -e; for bench in throughput attitude_throughput small_calls; do $(BIN)/python benches/$$bench.py; echo; done
+
+cost: $(BENCH) ## Time and memory against size: benches/results/cost.csv and cost.png; LARGEST=1e8 goes further
+	$(BIN)/python benches/cost.py --largest $(LARGEST)
 
 vectors: $(PACKAGES) ## Make the reference vectors anew
 	$(BIN)/python tests/vectors/make.py

@@ -1,115 +1,137 @@
-"""Throughput of the linear filters against numpy.add, scipy.signal.lfilter and a numba loop, all in one run.
+"""Throughput of the linear filters against numpy.add, scipy.signal.lfilter and numba, all in one run.
 
-    python benches/throughput.py [SAMPLES]
+    python benches/throughput.py [--samples 4e6] [--rounds 7]
 
-Every figure is the best of several interleaved rounds, because the machine's speed drifts; the ratios count, not the
-nanoseconds. All write into a given array, as ``numpy.add(a, b, out=c)`` does.
+Every figure is the best of several rounds in which all have their turn, because the machine's speed drifts: the ratios
+count, not the nanoseconds. All write into a given array, as ``numpy.add(a, b, out=c)`` does.
 """
 
+import argparse
 import sys
-from collections.abc import Callable
-from timeit import default_timer
+from collections.abc import Iterator
+from functools import partial
 
-import numba
 import numpy as np
-from numpy.typing import NDArray
-from scipy.signal import lfilter
+from numpy.typing import DTypeLike
 
 import compfilt as cf
+from peers import numba_loop, two_lfilters
+from timing import ROUNDS, Call, Signal, add_on_two_threads, best_times, machine, ratio, table
 
 FS = 100.0
-TAU = 0.5
-KP, KI = 2.0, 1.0
-ROUNDS = 7
+DESIGNS = {
+    "first order": cf.FirstOrder(0.5),
+    "PI": cf.PiForm(2.0, 1.0),
+    "Butterworth 2, split 1": cf.Butterworth(2.0, split=1),
+    "Butterworth 4": cf.Butterworth(2.0, order=4),
+    "third order": cf.ThirdOrder(2.0),
+}
+ADD, ADD_ON_TWO = "numpy.add", "numpy.add, two threads"
 
-Signal = NDArray[np.float64]
-
-
-@numba.njit
-def numba_first_order(y: Signal, u: Signal, out: Signal, dt: float, gain: float) -> None:
-    """The first-order recurrence, predict and correct."""
-    x = y[0]
-    for n in range(y.size):
-        x += dt * u[n]
-        x += gain * (y[n] - x)
-        out[n] = x
+Signals = tuple[Signal, Signal, Signal]
+Contender = tuple[str, str, Call]
+"""The filter, the implementation, and a call of it."""
 
 
-@numba.njit
-def numba_pi(y: Signal, u: Signal, out: Signal, dt: float, gain0: float, gain1: float) -> None:
-    """The PI recurrence, predict and correct."""
-    x0, x1 = y[0], 0.0
-    for n in range(y.size):
-        x0 += dt * (x1 + u[n])
-        innovation = y[n] - x0
-        x0 += gain0 * innovation
-        x1 += gain1 * innovation
-        out[n] = x0
+def signals_of(shape: tuple[int, ...], dtype: DTypeLike, order: str = "C") -> Signals:
+    """Measurement, derivative, and where the result goes."""
+    generator = np.random.default_rng(1)
+    y, u = (np.asarray(generator.normal(size=shape), dtype=dtype, order=order) for _ in range(2))
+    return y, u, np.empty_like(y)
 
 
-def lfilter_first_order(y: Signal, u: Signal) -> Signal:
-    """The same filter as two calls of lfilter: low branch on y, high branch on u."""
-    alpha = cf.tau_to_alpha(TAU, FS)
-    return lfilter([1 - alpha], [1, -alpha], y) + lfilter([alpha / FS], [1, -alpha], u)
+def baselines(signals: Signals) -> Iterator[Contender]:
+    """What reads and writes as much and computes nothing, on one core and on two."""
+    y, u, out = signals
+    yield "", ADD, partial(np.add, y, u, out=out)
+    yield "", ADD_ON_TWO, add_on_two_threads(y, u, out)
 
 
-def lfilter_pi(y: Signal, u: Signal) -> Signal:
-    """LP and HP/s of the PI form by s = (1 - 1/z)/dt, as two calls of lfilter."""
-    dt = 1 / FS
-    denominator = np.array([1 + KP * dt + KI * dt**2, -2 - KP * dt, 1.0])
-    low = lfilter([KP * dt + KI * dt**2, -KP * dt], denominator, y)
-    return low + lfilter([dt, -dt], denominator, u)
+def ours(name: str, signals: Signals) -> Iterator[Contender]:
+    """The filter with and without the exact order of arithmetic, on one core and on two."""
+    y, u, out = signals
+    for exact in (True, False):
+        for workers in (1, 2):
+            label = "compfilt" + ("" if exact else ", exact=False") + (", 2 workers" if workers > 1 else "")
+            call = partial(DESIGNS[name].filter, y, u, fs=FS, exact=exact, workers=workers, out=out)
+            yield name, label, call
 
 
-def contenders(y: Signal, u: Signal, out: Signal) -> dict[str, dict[str, Callable[[], object]]]:
-    """What is timed: by filter, then by name."""
-    dt = 1 / FS
-    scale = 1 + KP * dt + KI * dt**2
-    gains = (KP * dt + KI * dt**2) / scale, KI * dt / scale
-    first_order, pi = cf.FirstOrder(TAU), cf.PiForm(KP, KI)
-    others = {
-        "Butterworth 2, split 1": cf.Butterworth(2.0, split=1),
-        "Butterworth 4": cf.Butterworth(2.0, order=4),
-        "third order": cf.ThirdOrder(2.0),
+def others(name: str, signals: Signals) -> Iterator[Contender]:
+    """The same filter by numba and by scipy."""
+    yield name, "numba", numba_loop(name, DESIGNS[name], FS, signals)
+    # In float32 the coefficients of a higher order are too coarse for lfilter's form.
+    if signals[0].dtype == np.float64 or DESIGNS[name].order <= 2:
+        yield name, "scipy lfilter", two_lfilters(DESIGNS[name], FS, signals)
+
+
+def check(contender: Contender, signals: Signals) -> None:
+    """Refuses to time what computes something else; another start has died away at the end."""
+    y, u, out = signals
+    name, label, call = contender
+    expected = DESIGNS[name].filter(y, u, fs=FS)
+    call()
+    tolerance = 1e-6 if y.dtype == np.float64 else 1e-2
+    if not np.allclose(out[-1000:], expected[-1000:], atol=tolerance):
+        msg = f"{label} is not the filter {name}"
+        raise ValueError(msg)
+
+
+def timed(contenders: list[Contender], samples: int, rounds: int) -> Iterator[tuple[str, ...]]:
+    """The rows of the table: nanoseconds a sample, and ratios."""
+    best = best_times([call for _, _, call in contenders], rounds=rounds)
+    times = {
+        (name, label): seconds / samples * 1e9
+        for (name, label, _), seconds in zip(contenders, best, strict=True)
     }
-    timed: dict[str, dict[str, Callable[[], object]]] = {
-        "": {"numpy.add": lambda: np.add(y, u, out=out)},
-        "first order": {
-            "compfilt": lambda: first_order.filter(y, u, fs=FS, out=out),
-            "numba": lambda: numba_first_order(y, u, out, dt, dt / (TAU + dt)),
-            "scipy lfilter": lambda: lfilter_first_order(y, u),
-        },
-        "PI": {
-            "compfilt": lambda: pi.filter(y, u, fs=FS, out=out),
-            "numba": lambda: numba_pi(y, u, out, dt, *gains),
-            "scipy lfilter": lambda: lfilter_pi(y, u),
-        },
-    }
-    for name, design in others.items():
-        timed[name] = {"compfilt": lambda design=design: design.filter(y, u, fs=FS, out=out)}  # type: ignore[misc]
-    return timed
+    for (name, label), time in times.items():
+        to = times["", ADD], times["", ADD_ON_TWO], times.get((name, "compfilt"))
+        yield name, label, f"{time:.2f}", *(ratio(time, other) for other in to)
+
+
+def one_channel(dtype: DTypeLike, samples: int, rounds: int) -> None:
+    """Every filter and its peers."""
+    signals = signals_of((samples,), dtype)
+    contenders = list(baselines(signals))
+    for name in DESIGNS:
+        rivals = list(others(name, signals))
+        for rival in rivals:
+            check(rival, signals)
+        contenders += [*ours(name, signals), *rivals]
+    show(f"One channel of {samples} samples, {np.dtype(dtype)}", timed(contenders, samples, rounds))
+
+
+def many_channels(channels: int, order: str, samples: int, rounds: int) -> None:
+    """Two filters on columns; the samples of all channels together are as many."""
+    signals = signals_of((samples // channels, channels), np.float64, order)
+    contenders = list(baselines(signals))
+    for name in ("first order", "PI"):
+        contenders += ours(name, signals)
+    shape = f"({samples // channels}, {channels})"
+    title = f"{shape} in {'C' if order == 'C' else 'Fortran'} order, float64"
+    show(title, timed(contenders, signals[0].size, rounds))
+
+
+def show(title: str, rows: Iterator[tuple[str, ...]]) -> None:
+    """Prints one table."""
+    header = ["filter", "implementation", "ns a sample", f"x {ADD}", f"x {ADD_ON_TWO}", "x compfilt"]
+    print(f"\n{title}:\n\n{table(header, rows)}", flush=True)
 
 
 def main() -> int:
-    """Times everything in turn and prints nanoseconds a sample and ratios."""
-    samples = int(float(sys.argv[1])) if len(sys.argv) > 1 else 4_000_000
-    generator = np.random.default_rng(1)
-    y, u = generator.normal(size=(2, samples))
-    out = np.empty_like(y)
-    timed = [(f, name, call) for f, calls in contenders(y, u, out).items() for name, call in calls.items()]
-    best = [np.inf] * len(timed)
-    for _ in range(ROUNDS):
-        for index, (_, _, call) in enumerate(timed):
-            start = default_timer()
-            call()
-            best[index] = min(best[index], (default_timer() - start) / samples * 1e9)
-    ours = {f: ns for (f, name, _), ns in zip(timed, best, strict=True) if name == "compfilt"}
-    print(f"{samples} float64 samples, one channel, best of {ROUNDS} interleaved rounds\n")
-    print("| filter | implementation | ns a sample | x numpy.add | x compfilt |")
-    print("| --- | --- | --- | --- | --- |")
-    for (family, name, _), ns in zip(timed, best, strict=True):
-        ratio = f"{ns / ours[family]:.2f}" if family in ours else ""
-        print(f"| {family} | {name} | {ns:.2f} | {ns / best[0]:.2f} | {ratio} |")
+    """Times everything and prints the tables."""
+    layout = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=layout)
+    parser.add_argument("--samples", type=float, default=4e6)
+    parser.add_argument("--rounds", type=int, default=ROUNDS)
+    arguments = parser.parse_args()
+    samples, rounds = int(arguments.samples), arguments.rounds
+    print(f"Linear filters, best of {rounds} interleaved rounds; {machine()}")
+    for dtype in (np.float64, np.float32):
+        one_channel(dtype, samples, rounds)
+    for channels in (8, 64):
+        for order in ("C", "F"):
+            many_channels(channels, order, samples, rounds)
     return 0
 
 
