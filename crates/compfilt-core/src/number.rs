@@ -22,6 +22,9 @@ pub trait Number:
     + Send
     + Sync
 {
+    /// The spacing of the numbers above 1.
+    const EPSILON: f64;
+
     /// The answer to a comparison.
     type Mask: Mask;
     /// What happened to a sample.
@@ -51,17 +54,18 @@ pub trait Number:
     /// How many times Newton's rule makes the guess as good as the type.
     const ROOT_STEPS: usize;
 
-    /// `1/√self` to two units in the last place, for normal numbers: one routine on every target, of products and sums, because
-    /// not every target has a square root and not every one divides at once.
+    /// `1/√self` to one or two units in the last place, for normal numbers: one routine on every target, of products and sums,
+    /// because not every target has a square root and not every one divides at once.
     #[inline(always)]
     #[must_use]
     fn reciprocal_root(self) -> Self {
         let half = self * Self::literal(0.5);
         let mut root = self.root_guess();
-        for _ in 0..Self::ROOT_STEPS {
+        for _ in 1..Self::ROOT_STEPS {
             root = root * (Self::literal(1.5) - half * root * root);
         }
-        root
+        // The same rule as a small correction, which rounds less.
+        root + root * (Self::literal(0.5) - half * root * root)
     }
 
     /// Neither NaN nor infinite.
@@ -154,6 +158,8 @@ macro_rules! number {
             type Mask = bool;
             type Flags = Flags;
 
+            #[allow(clippy::cast_lossless)] // One of the two types is f64 itself.
+            const EPSILON: f64 = $T::EPSILON as f64;
             const ROOT_GUESS: u64 = $guess;
             const ROOT_STEPS: usize = $steps;
 

@@ -10,7 +10,7 @@ use compfilt_core::gravity::{
     mean_rate,
 };
 use compfilt_core::nalgebra::{Matrix3, Vector3};
-use compfilt_core::{Error, Number, Real};
+use compfilt_core::{Error, Number};
 use numpy::ndarray::{Array2, Array3, ArrayView2, ArrayView3, ArrayViewMut2, Axis};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::exceptions::PyValueError;

@@ -5,7 +5,7 @@ use crate::simd::{WIDTH, Wide32, Wide64, proof};
 use compfilt_core::linear::Flags;
 use compfilt_core::{FlagSet, Mask, Number};
 use fearless_simd::{
-    Bytes, Select, Simd, SimdBase, SimdFloat, SimdMask, mask32x8, mask64x8, u32x8, u64x8,
+    Bytes, Select, Simd, SimdBase, SimdMask, mask32x8, mask64x8, u32x8, u64x8,
 };
 use std::fmt;
 use std::ops::{BitAnd, BitOr, Not};
@@ -153,6 +153,7 @@ macro_rules! wide_number {
             type Mask = $WideMask<S>;
             type Flags = WideFlags;
 
+            const EPSILON: f64 = <$T as Number>::EPSILON;
             const ROOT_GUESS: u64 = <$T as Number>::ROOT_GUESS;
             const ROOT_STEPS: usize = <$T as Number>::ROOT_STEPS;
 

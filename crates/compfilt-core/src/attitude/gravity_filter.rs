@@ -378,9 +378,10 @@ impl<T: Number, const N: usize> GravityState<T, N> {
 
     /// The same state in other numbers: for several recordings side by side.
     pub fn each<U: Number>(&self, change: &mut impl Change<T, U>) -> GravityState<U, N> {
+        // The numbers are stored in this order.
         GravityState {
-            levels: State { levels: self.levels.levels.map(|level| Vector(level).each(change).0) },
             rotation: self.rotation.each(change),
+            levels: State { levels: self.levels.levels.map(|level| Vector(level).each(change).0) },
             rest: self.rest.each(change),
             rate: self.rate.each(change),
             heading: self.heading.each(change),

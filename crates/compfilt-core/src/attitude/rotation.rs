@@ -157,7 +157,9 @@ impl<T: Number> Rotation<T> {
         let turn = Self::of(T::literal(1.0) + up.dot(&estimated), up.cross(&estimated));
         let levelled = self.times(&turn);
         let square = levelled.square();
-        (levelled.scaled(square.reciprocal_root()), T::literal(1e-24).less(square))
+        // Nearer to opposite than this, only rounding says which way.
+        let unique = T::literal(16.0 * T::EPSILON).less(square);
+        (levelled.scaled(square.reciprocal_root()), unique)
     }
 
     /// The same for every `up`: straight down it turns over about an axis across the body's x, or y where that is vertical.

@@ -440,8 +440,8 @@ impl<T: Number> Block<T> {
         Block {
             force: Vector(self.force).each(change).0,
             ahead: Vector(self.ahead).each(change).0,
-            force_time: change.number(self.force_time),
             turned: self.turned.map(|turned| Vector(turned).each(change).0),
+            force_time: change.number(self.force_time),
             time: change.number(self.time),
         }
     }
@@ -655,19 +655,20 @@ impl<T: Number> SelfCalibrationState<T> {
 
     /// The same state in other numbers: for several recordings side by side.
     pub fn each<U: Number>(&self, change: &mut impl Change<T, U>) -> SelfCalibrationState<U> {
+        // The numbers are stored in this order.
         SelfCalibrationState {
+            rotation: self.rotation.each(change),
             frame: self.frame.each(change),
             mean: Vector(self.mean).each(change).0,
             velocity: Vector(self.velocity).each(change).0,
-            rotation: self.rotation.each(change),
             matrix: matrix_each(&self.matrix, change),
-            delay: change.number(self.delay),
             rest: self.rest.each(change),
             slopes: self.slopes.map(|slope| slope.each(change)),
             block: self.block.each(change),
             rate: self.rate.each(change),
             heading: self.heading.each(change),
             age: change.number(self.age),
+            delay: change.number(self.delay),
             started: change.mask(self.started),
             settled: change.mask(self.settled),
             resting: change.mask(self.resting),
