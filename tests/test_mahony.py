@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import attitude_reference as ref
 import compfilt as cf
-from designs import assert_same_bits, precisions
+from designs import precisions
 from test_contract import seeds, time_steps
 
 FS = 100.0

@@ -1,3 +1,4 @@
+from collections.abc import Iterable
 from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
@@ -327,6 +328,20 @@ class Mahony:
         hold: float = 0.1,
         backwards: _Backwards = "raise",
     ) -> AttitudeEstimate: ...
+    def estimate_many(
+        self,
+        gyr: Iterable[ArrayLike],
+        acc: Iterable[ArrayLike],
+        *,
+        fs: float | None = None,
+        t: Iterable[ArrayLike] | None = None,
+        mag: Iterable[ArrayLike | None] | None = None,
+        initial: Iterable[ArrayLike | State | None] | None = None,
+        missing: _Missing = "coast",
+        hold: float = 0.1,
+        backwards: _Backwards = "raise",
+        workers: int = 1,
+    ) -> list[AttitudeEstimate]: ...
     def stream(
         self,
         *,
@@ -406,6 +421,20 @@ class GravityFilter:
         hold: float = 0.1,
         backwards: _Backwards = "raise",
     ) -> AttitudeEstimate: ...
+    def estimate_many(
+        self,
+        gyr: Iterable[ArrayLike],
+        acc: Iterable[ArrayLike],
+        *,
+        fs: float | None = None,
+        t: Iterable[ArrayLike] | None = None,
+        mag: Iterable[ArrayLike | None] | None = None,
+        initial: Iterable[ArrayLike | State | None] | None = None,
+        missing: _Missing = "coast",
+        hold: float = 0.1,
+        backwards: _Backwards = "raise",
+        workers: int = 1,
+    ) -> list[AttitudeEstimate]: ...
     def smooth(
         self,
         gyr: ArrayLike,

@@ -43,9 +43,11 @@ pub trait Number:
     fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
     /// `|self|`.
+    #[must_use]
     fn magnitude(self) -> Self;
 
     /// A first guess of `1/√self`: [`ROOT_GUESS`](Self::ROOT_GUESS) less half the number's bits, which halves the exponent.
+    #[must_use]
     fn root_guess(self) -> Self;
 
     /// Bits for the guess.
@@ -70,6 +72,7 @@ pub trait Number:
 
     /// Neither NaN nor infinite.
     #[inline(always)]
+    #[allow(clippy::eq_op)] // Of what is not finite the difference with itself is NaN.
     fn is_number(self) -> Self::Mask {
         (self - self).at_most(Self::literal(0.0))
     }

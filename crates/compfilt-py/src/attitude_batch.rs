@@ -46,32 +46,42 @@ pub(crate) struct Bound<F: Family, T: Scalar> {
 
 impl<F: Family, T: Scalar> Bound<F, T> {
     pub(crate) fn new(filter: F::Filter<T>, sampled: Option<Dt<T>>) -> Self {
-        let sampled = sampled.map(Dt::seconds);
-        let dt = sampled.unwrap_or(T::zero());
-        Self { filter, sampled, dt, gains: F::gains(&filter, dt), state: F::start(None) }
+        Self::from_state(filter, sampled.map(Dt::seconds), F::start(None))
     }
-}
 
-/// One sample after the time step `dt`; where time began anew there is none.
-#[inline(always)]
-pub(crate) fn step_to<F: Family, T: Scalar>(
-    filter: &F::Filter<T>,
-    gains: &mut F::Gains<T>,
-    before: &mut T,
-    state: &mut F::State<T>,
-    dt: T,
-) -> Flags {
-    let mut flags = Flags::default();
-    let mut dt = dt;
-    if !dt.is_finite() {
-        *state = F::start(None);
-        flags = Flags::RESTARTED;
-        dt = T::zero();
+    pub(crate) fn from_state(filter: F::Filter<T>, sampled: Option<T>, state: F::State<T>) -> Self {
+        let dt = sampled.unwrap_or(T::zero());
+        Self { filter, sampled, dt, gains: F::gains(&filter, dt), state }
     }
-    if dt != *before {
-        (*before, *gains) = (dt, F::gains(filter, dt));
+
+    /// Takes the gains of another time step. Where time began anew there is none, and the filter starts anew too.
+    #[inline(always)]
+    fn step_to(&mut self, dt: T) -> Flags {
+        let (mut dt, mut flags) = (dt, Flags::default());
+        if !dt.is_finite() {
+            self.state = F::start(None);
+            flags = Flags::RESTARTED;
+            dt = T::zero();
+        }
+        if dt != self.dt {
+            (self.dt, self.gains) = (dt, F::gains(&self.filter, dt));
+        }
+        flags
     }
-    flags
+
+    /// The rows of a recording from one on.
+    pub(crate) fn filter_from(&mut self, log: &mut Log<'_, T>, first: usize) {
+        let rows = log.len();
+        for start in (first..rows).step_by(ROWS) {
+            let mut part = log.part(start..rows.min(start + ROWS));
+            for row in 0..part.len() {
+                let mut flags =
+                    part.steps.map_or(Flags::default(), |steps| self.step_to(steps[row]));
+                flags |= F::update(&self.filter, &self.gains, &mut self.state, &part.sample(row));
+                part.write(row, flags, &F::output(&self.filter, &self.state));
+            }
+        }
+    }
 }
 
 impl<F: Family, T: Scalar + Widen> Runner<T> for Bound<F, T> {
@@ -93,19 +103,7 @@ impl<F: Family, T: Scalar + Widen> Runner<T> for Bound<F, T> {
 
     fn filter(&mut self, log: &mut Log<'_, T>) {
         self.follow(None);
-        let rows = log.len();
-        for start in (0..rows).step_by(ROWS) {
-            let mut part = log.part(start..rows.min(start + ROWS));
-            for row in 0..part.len() {
-                let mut flags = Flags::default();
-                if let Some(steps) = part.steps {
-                    let Self { filter, gains, dt, state, .. } = self;
-                    flags = step_to::<F, T>(filter, gains, dt, state, steps[row]);
-                }
-                flags |= F::update(&self.filter, &self.gains, &mut self.state, &part.sample(row));
-                part.write(row, flags, &F::output(&self.filter, &self.state));
-            }
-        }
+        self.filter_from(log, 0);
     }
 
     fn filter_many(&self, logs: Vec<Log<'_, T>>, states: &mut [Numbers], workers: NonZeroUsize) {

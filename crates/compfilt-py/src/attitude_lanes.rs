@@ -1,7 +1,7 @@
 //! Many recordings at once: eight side by side, and over threads. Each one's results are the bits that it has alone.
 
 use crate::arrays::Scalar;
-use crate::attitude_batch::{ROWS, step_to};
+use crate::attitude_batch::{Bound, ROWS};
 use crate::attitude_family::{Family, Sample};
 use crate::attitude_log::{Log, Part};
 use crate::attitude_octet::{Octet, Spare};
@@ -9,6 +9,7 @@ use crate::simd::{WIDTH, side_by_side};
 use crate::simd_number::{WideMask, WideNumber, Widen};
 use compfilt_core::Change;
 use compfilt_core::linear::Flags;
+use compfilt_core::nalgebra::ComplexField;
 use fearless_simd::Simd;
 use std::num::NonZeroUsize;
 
@@ -28,10 +29,8 @@ pub(crate) fn filter_all<F: Family, T: Widen>(
     jobs: &mut [Job<'_, F, T>],
     workers: NonZeroUsize,
 ) {
-    // More threads than cores would only wait for each other.
-    let cores = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
     let mut shares: Vec<Share<'_, '_, F, T>> = Vec::new();
-    shares.resize_with(workers.min(cores).get(), Share::default);
+    shares.resize_with(at_most_cores(workers).get(), Share::default);
     let mut longest_first: Vec<_> = jobs.iter_mut().collect();
     longest_first.sort_by_key(|job| std::cmp::Reverse(job.log.len()));
     for job in longest_first {
@@ -50,6 +49,15 @@ pub(crate) fn filter_all<F: Family, T: Widen>(
             own.filter(filter, sampled);
         }
     });
+}
+
+/// More threads than cores would only wait for each other.
+fn at_most_cores(workers: NonZeroUsize) -> NonZeroUsize {
+    // Asking the system takes longer than a short recording.
+    if workers == NonZeroUsize::MIN {
+        return workers;
+    }
+    workers.min(std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN))
 }
 
 /// The recordings of one worker.
@@ -74,9 +82,13 @@ impl<F: Family, T: Widen> Share<'_, '_, F, T> {
                     simd => Lanes::<F, T, _>::new(simd, filter, sampled, jobs).filter(),
                     otherwise => jobs.into_iter().map(|job| Lane { job, row: 0 }).collect()
                 );
-                left.into_iter().for_each(|lane| lane.finish(filter, sampled));
+                for lane in left {
+                    lane.finish(filter, sampled);
+                }
             } else {
-                jobs.into_iter().for_each(|job| Lane { job, row: 0 }.finish(filter, sampled));
+                for job in jobs {
+                    Lane { job, row: 0 }.finish(filter, sampled);
+                }
             }
         }
     }
@@ -101,22 +113,11 @@ impl<F: Family, T: Scalar> Lane<'_, '_, F, T> {
     }
 
     /// The rest of the recording, by itself.
-    fn finish(mut self, filter: &F::Filter<T>, sampled: Option<T>) {
-        let mut dt = sampled.unwrap_or(T::zero());
-        let mut gains = F::gains(filter, dt);
-        let mut state = self.job.state;
-        while self.left() > 0 {
-            let mut part = self.part(ROWS.min(self.left()));
-            for row in 0..part.len() {
-                let mut flags = Flags::default();
-                if let Some(steps) = part.steps {
-                    flags = step_to::<F, T>(filter, &mut gains, &mut dt, &mut state, steps[row]);
-                }
-                flags |= F::update(filter, &gains, &mut state, &part.sample(row));
-                part.write(row, flags, &F::output(filter, &state));
-            }
-        }
-        self.job.state = state;
+    fn finish(self, filter: &F::Filter<T>, sampled: Option<T>) {
+        let Self { job, row } = self;
+        let mut bound = Bound::<F, T>::from_state(*filter, sampled, job.state);
+        bound.filter_from(&mut job.log, row);
+        job.state = bound.state;
     }
 }
 
@@ -127,7 +128,7 @@ struct Lanes<'s, 'a, F: Family, T: Widen, S: Simd> {
     /// The time steps of the gains.
     dt: T::Wide<S>,
     state: F::State<T::Wide<S>>,
-    lanes: [Option<Lane<'s, 'a, F, T>>; WIDTH],
+    taken: [Option<Lane<'s, 'a, F, T>>; WIDTH],
     waiting: std::vec::IntoIter<&'s mut Job<'a, F, T>>,
 }
 
@@ -143,8 +144,8 @@ impl<'s, 'a, F: Family, T: Widen, S: Simd> Lanes<'s, 'a, F, T, S> {
         let dt = <T::Wide<S> as WideNumber<T>>::of([sampled.unwrap_or(T::zero()); WIDTH]);
         let gains = F::gains(&filter, dt);
         let state = F::state_in(&F::start::<T>(None), &mut Splat);
-        let lanes = std::array::from_fn(|_| None);
-        Self { filter, gains, dt, state, lanes, waiting: jobs.into_iter() }
+        let taken = std::array::from_fn(|_| None);
+        Self { filter, gains, dt, state, taken, waiting: jobs.into_iter() }
     }
 
     /// Filters until too few recordings are left; these, with their states.
@@ -153,13 +154,13 @@ impl<'s, 'a, F: Family, T: Widen, S: Simd> Lanes<'s, 'a, F, T, S> {
         let mut spare = Spare::new();
         loop {
             self.refill();
-            let left: Vec<usize> = self.lanes.iter().flatten().map(Lane::left).collect();
+            let left: Vec<usize> = self.taken.iter().flatten().map(Lane::left).collect();
             if left.len() < FEWEST {
                 break;
             }
             let rows = left.into_iter().min().unwrap_or(0).min(ROWS);
             let spares = spare.parts(rows);
-            let parts = self.lanes.iter_mut().zip(spares).map(|(lane, spare)| match lane {
+            let parts = self.taken.iter_mut().zip(spares).map(|(lane, spare)| match lane {
                 Some(lane) => lane.part(rows),
                 None => spare,
             });
@@ -179,7 +180,7 @@ impl<'s, 'a, F: Family, T: Widen, S: Simd> Lanes<'s, 'a, F, T, S> {
     /// Puts waiting recordings into the lanes that are done.
     #[inline(never)]
     fn refill(&mut self) {
-        for (index, lane) in self.lanes.iter_mut().enumerate() {
+        for (index, lane) in self.taken.iter_mut().enumerate() {
             while lane.as_ref().is_none_or(|lane| lane.left() == 0) {
                 if let Some(done) = lane.take()
                     && done.row > 0
@@ -196,7 +197,7 @@ impl<'s, 'a, F: Family, T: Widen, S: Simd> Lanes<'s, 'a, F, T, S> {
     #[inline(never)]
     fn drain(mut self) -> Vec<Lane<'s, 'a, F, T>> {
         let mut left = Vec::new();
-        for (index, lane) in self.lanes.iter_mut().enumerate() {
+        for (index, lane) in self.taken.iter_mut().enumerate() {
             if let Some(lane) = lane.take() {
                 lane.job.state = F::state_in(&self.state, &mut TakeLane(index));
                 left.push(lane);
@@ -221,7 +222,7 @@ fn run<F: Family, T: Widen, S: Simd>(
         let (mut any_restarted, mut restarted) = (false, [Flags::default(); WIDTH]);
         if let Some(steps) = octet.steps(row) {
             let mut steps = steps;
-            if !steps.iter().all(|dt| dt.is_finite()) {
+            if !steps.iter().all(ComplexField::is_finite) {
                 any_restarted = true;
                 for (lane, dt) in steps.iter_mut().enumerate().filter(|(_, dt)| !dt.is_finite()) {
                     now = put_lane::<F, T, S>(&now, lane, &F::start::<T>(None));

@@ -4,9 +4,7 @@ use crate::arrays::Scalar;
 use crate::simd::{WIDTH, Wide32, Wide64, proof};
 use compfilt_core::linear::Flags;
 use compfilt_core::{FlagSet, Mask, Number};
-use fearless_simd::{
-    Bytes, Select, Simd, SimdBase, SimdMask, mask32x8, mask64x8, u32x8, u64x8,
-};
+use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdMask, mask32x8, mask64x8, u32x8, u64x8};
 use std::fmt;
 use std::ops::{BitAnd, BitOr, Not};
 
