@@ -1,9 +1,9 @@
 //! The checks of arrays: dtypes, shapes, times, missing values.
 
 use compfilt_core::Real;
-use numpy::ndarray::{ArrayView1, ArrayView2, ArrayViewMut2, Axis, ShapeError};
+use numpy::ndarray::{ArrayView1, ArrayView2, ArrayViewMut2, Axis, Dimension, ShapeError};
 use numpy::{
-    Element, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn,
+    Element, PyArray, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn,
     PyReadwriteArrayDyn, PyUntypedArray, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -146,6 +146,16 @@ fn borrow<'py, T: Scalar>(
     array
         .try_readonly()
         .map_err(|_| PyValueError::new_err(format!("{name} is being written to elsewhere")))
+}
+
+/// An array whose every element is about to be written: its memory holds anything, and need not be cleared first.
+pub(crate) fn empty<'py, T: Element, D: Dimension>(
+    py: Python<'py>,
+    shape: impl IntoPyObject<'py>,
+) -> PyResult<Bound<'py, PyArray<T, D>>> {
+    static EMPTY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    let array = EMPTY.import(py, "numpy", "empty")?.call1((shape, T::get_dtype(py)))?;
+    Ok(array.cast_into::<PyArray<T, D>>()?)
 }
 
 fn asarray<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, PyUntypedArray>> {

@@ -109,6 +109,7 @@ impl<T: Scalar> Part<'_, T> {
             self.at_rest[row] = output.at_rest;
         } else {
             (self.quaternion[row], self.up[row]) = ([T::NAN; 4], [T::NAN; 3]);
+            (self.bias[row], self.at_rest[row]) = ([T::zero(); 3], false);
         }
     }
 }

@@ -57,6 +57,9 @@ impl<'a, T: Scalar> Octet<'a, T> {
             (octet.quaternion[lane], octet.up[lane]) = (part.quaternion, part.up);
             (octet.bias[lane], octet.at_rest[lane]) = (part.bias, part.at_rest);
             octet.flags[lane] = part.flags;
+            // They are written where there is something to say.
+            octet.at_rest[lane].fill(false);
+            octet.flags[lane].fill(0);
         }
         octet
     }

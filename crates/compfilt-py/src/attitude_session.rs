@@ -1,6 +1,6 @@
 //! An attitude filter at work on Python's arrays.
 
-use crate::arrays::{Scalar, Signal, check_all_finite, check_vectors, columns};
+use crate::arrays::{Scalar, Signal, check_all_finite, check_vectors, columns, empty};
 use crate::attitude_batch::Runner;
 use crate::attitude_log::{Log, Rows};
 use crate::attitude_many::about;
@@ -11,7 +11,7 @@ use crate::state::State;
 use compfilt_core::Real;
 use compfilt_core::attitude::Rotation;
 use compfilt_core::nalgebra::{Matrix3, Vector3};
-use numpy::ndarray::Array2;
+use numpy::ndarray::{Array2, Ix1, Ix2};
 use numpy::{
     PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArray1, PyReadwriteArray2,
 };
@@ -121,10 +121,10 @@ impl<'py, T: Scalar> Prepared<'py, T> {
             check_all_finite(columns(&acc)?, "acc")?;
             mag.as_ref().map_or(Ok(()), |mag| check_all_finite(columns(mag)?, "mag"))?;
         }
-        let vectors = |width| PyArray2::<T>::zeros(py, [samples, width], false);
-        let (quaternion, up, bias) = (vectors(4), vectors(3), vectors(3));
-        let at_rest = PyArray1::<bool>::zeros(py, [samples], false);
-        let flags = PyArray1::<u8>::zeros(py, [samples], false);
+        let vectors = |width| empty::<T, Ix2>(py, (samples, width));
+        let (quaternion, up, bias) = (vectors(4)?, vectors(3)?, vectors(3)?);
+        let at_rest = empty::<bool, Ix1>(py, samples)?;
+        let flags = empty::<u8, Ix1>(py, samples)?;
         Ok(Self { gyr, acc, mag, steps, time, quaternion, up, bias, at_rest, flags })
     }
 
