@@ -8,11 +8,11 @@
 //! `#[inline(always)]` on functions, loops instead of closures that hold operators.
 
 use compfilt_core::Element;
-use fearless_simd::{Simd, SimdBase, SimdFrom, f32x8, f64x8};
+use fearless_simd::{SimdBase, SimdFrom, f32x8, f64x8};
 use std::fmt;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
-pub(crate) use fearless_simd::{Level, dispatch};
+pub(crate) use fearless_simd::{Level, Simd, dispatch};
 
 /// How many numbers a value holds.
 pub(crate) const WIDTH: usize = 8;
@@ -125,3 +125,51 @@ wide!(
     f32,
     f32x8
 );
+
+/// Eight numbers of a scalar type, whatever that type is.
+pub(crate) trait Wide<T>: Element<T> + Mul<Output = Self> {
+    fn from_array(values: [T; WIDTH]) -> Self;
+    fn to_array(self) -> [T; WIDTH];
+    /// The first halves of both, one number of each by turns.
+    fn zip_low(self, other: Self) -> Self;
+    /// The second halves.
+    fn zip_high(self, other: Self) -> Self;
+}
+
+/// A scalar that the processor takes eight of.
+pub(crate) trait Lanes: Sized {
+    type Wide<S: Simd>: Wide<Self>;
+}
+
+macro_rules! lanes {
+    ($T:ident, $Wide:ident) => {
+        impl Lanes for $T {
+            type Wide<S: Simd> = $Wide<S>;
+        }
+
+        impl<S: Simd> Wide<$T> for $Wide<S> {
+            #[inline(always)]
+            fn from_array(values: [$T; WIDTH]) -> Self {
+                Self::from_array(values)
+            }
+
+            #[inline(always)]
+            fn to_array(self) -> [$T; WIDTH] {
+                self.to_array()
+            }
+
+            #[inline(always)]
+            fn zip_low(self, other: Self) -> Self {
+                Self(self.0.zip_low(other.0))
+            }
+
+            #[inline(always)]
+            fn zip_high(self, other: Self) -> Self {
+                Self(self.0.zip_high(other.0))
+            }
+        }
+    };
+}
+
+lanes!(f64, Wide64);
+lanes!(f32, Wide32);
