@@ -5,7 +5,7 @@ use crate::batch_blocks::{pays, run_blocks};
 use crate::batch_lanes::run_lanes;
 use crate::design::{Design, Rule, Visitor};
 use crate::memory::Memory;
-use crate::shares::{share, split_columns};
+use crate::shares::{at_most_cores, share, split_columns};
 use crate::state::Numbers;
 use compfilt_core::linear::{Flags, Input, RateInputs, Stream, StreamState};
 use compfilt_core::nalgebra::ComplexField;
@@ -400,9 +400,7 @@ where
             self.gains = gains;
         }
         let (filter, gains) = (&self.filter, self.gains);
-        // More threads than cores would only wait for each other.
-        let cores = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-        let workers = workers.min(cores);
+        let workers = at_most_cores(workers);
         if !exact && pays(&block) {
             run_blocks(filter, &gains, &mut self.channels, block, workers);
             return;

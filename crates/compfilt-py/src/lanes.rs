@@ -2,6 +2,7 @@
 
 use crate::arrays::Scalar;
 use crate::simd::{Level, Simd, WIDTH, Wide, dispatch};
+use compfilt_core::linear::Run;
 use compfilt_core::{Recurrence, State};
 
 /// Rows of a tile. More would let memory wait while the tile is filtered.
@@ -85,16 +86,41 @@ pub(crate) fn to_rows<T: Scalar>(level: Level, columns: &Columns<T>, rows: &mut 
     dispatch!(level, simd => turn_in(simd, columns, rows));
 }
 
-/// Two signals at once.
-pub(crate) fn pair_to_rows<T: Scalar>(
+/// What each of eight runs adds to the state: for every level the scalar products of weights and samples.
+pub(crate) fn offsets<T: Scalar, const N: usize>(
     level: Level,
-    columns: (&Columns<T>, &Columns<T>),
-    rows: (&mut Rows<T>, &mut Rows<T>),
+    run: &Run<T, N, TILE>,
+    measurement: &Columns<T>,
+    derivative: &Columns<T>,
+    offsets: &mut [Row<T>; N],
 ) {
-    dispatch!(level, simd => {
-        turn_in(simd, columns.0, rows.0);
-        turn_in(simd, columns.1, rows.1);
-    });
+    dispatch!(level, simd => products(simd, run, measurement, derivative, offsets));
+}
+
+#[inline(always)]
+fn products<S: Simd, T: Scalar, const N: usize>(
+    _: S,
+    run: &Run<T, N, TILE>,
+    measurement: &Columns<T>,
+    derivative: &Columns<T>,
+    offsets: &mut [Row<T>; N],
+) {
+    let zero = T::Wide::<S>::from_array([T::zero(); WIDTH]);
+    let mut parts = [[zero; WIDTH]; N];
+    for lane in 0..WIDTH {
+        for start in [0, WIDTH] {
+            let y = eight::<S, T>(&measurement[lane], start);
+            let u = eight::<S, T>(&derivative[lane], start);
+            for level in 0..N {
+                let from_y = eight::<S, T>(&run.from_measurement()[level], start) * y;
+                let from_u = eight::<S, T>(&run.from_input()[level], start) * u;
+                parts[level][lane] = parts[level][lane] + (from_y + from_u);
+            }
+        }
+    }
+    for level in 0..N {
+        offsets[level] = Row(sums::<S, T>(parts[level]).to_array());
+    }
 }
 
 /// Takes them apart again.

@@ -47,6 +47,7 @@ mod pi;
 mod precision;
 mod rate;
 mod second_order_inertial;
+mod relay;
 mod session;
 mod shares;
 mod simd;

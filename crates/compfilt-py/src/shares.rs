@@ -5,6 +5,18 @@ use crate::batch::{Block, Steps};
 use crate::simd::WIDTH;
 use numpy::ndarray::{ArrayView2, ArrayViewMut, Axis, Dimension};
 use std::num::NonZeroUsize;
+use std::sync::OnceLock;
+
+/// More threads than cores would only wait for each other. Counting the cores takes as long as thousands of samples, so
+/// that one worker does not.
+pub(crate) fn at_most_cores(workers: NonZeroUsize) -> NonZeroUsize {
+    static CORES: OnceLock<NonZeroUsize> = OnceLock::new();
+    if workers == NonZeroUsize::MIN {
+        return workers;
+    }
+    let count = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    workers.min(*CORES.get_or_init(count))
+}
 
 /// How many channels a worker takes: whole groups of those that run side by side.
 pub(crate) fn share(channels: usize, workers: NonZeroUsize) -> usize {
