@@ -272,7 +272,8 @@ def test_every_recording_has_its_own_precision(design):
 
 @both
 def test_a_precision_that_no_recording_has_does_not_matter(design):
-    """A design that cannot be in float32 filters float64, as `estimate` does."""
+    """A design or a rate that cannot be in float32 filters float64, as in `estimate`."""
+    check_as_alone(design, recordings_of([20, 30, 40]), fs=1e-42)
     tiny = cf.Mahony(1e-50) if design is MAHONY else cf.GravityFilter(1e50)
     check_as_alone(tiny, recordings_of([20, 30, 40]), fs=FS)
     single = recordings_of([20, 30, 40], dtype=np.float32)
@@ -327,6 +328,21 @@ def test_sequences_of_any_kind(design, make, count):
     timed = [{**arrays, "t": row} for arrays, row in zip(recordings, t, strict=True)]
     for all_times in (t, list(t), np.asfortranarray(t), t.tolist()):
         check_same_estimates(design.estimate_many(**made, t=all_times), alone(design, timed))
+
+
+@both
+def test_masked_samples_are_missing(design):
+    recordings = recordings_of(5 * [30], magnetic="none")
+    hidden = np.zeros((5, 30, 3), bool)
+    hidden[1, 4:9], hidden[2, 0], hidden[4, 20, 1] = True, True, True
+    stacked = {name: np.array([arrays[name] for arrays in recordings]) for name in ("gyr", "acc")}
+    masked = {name: np.ma.array(array, mask=hidden) for name, array in stacked.items()}
+    holed = [
+        {name: np.where(hidden[n], math.nan, array[n]) for name, array in stacked.items()} for n in range(5)
+    ]
+    check_same_estimates(design.estimate_many(**masked, fs=FS), alone(design, holed, fs=FS))
+    listed = {name: list(array) for name, array in masked.items()}
+    check_same_estimates(design.estimate_many(**listed, fs=FS), alone(design, holed, fs=FS))
 
 
 @both
@@ -397,6 +413,12 @@ def test_workers_change_nothing(design, workers):
     check_as_alone(design, with_times(recordings), workers=workers)
     for count in (0, 1, 2):
         check_as_alone(design, recordings[:count], fs=FS, workers=workers)
+
+
+@both
+def test_more_workers_than_there_is_work_or_cores(design):
+    for count in (1, 20):
+        check_as_alone(design, recordings_of(lengths_of(count)), fs=FS, workers=10**6)
 
 
 @both
@@ -591,6 +613,12 @@ def test_what_is_no_sequence(design, name, bad):
 def test_a_time_that_is_no_sequence(design):
     call = columns(GOOD, magnetic=True)
     check_refused(ValueError, "^t must be a sequence", lambda: design.estimate_many(**call, t=1.0))
+
+
+@both
+def test_one_recording_that_stands_in_no_sequence(design):
+    pattern = r"^recording 0: gyr must have the shape \(samples, 3\), got \[3\]"
+    check_refused(ValueError, pattern, lambda: design.estimate_many(**GOOD[0], fs=FS))
 
 
 @both

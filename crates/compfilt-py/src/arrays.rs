@@ -1,5 +1,6 @@
 //! The checks of arrays: dtypes, shapes, times, missing values.
 
+use crate::simd::Lanes;
 use compfilt_core::Real;
 use numpy::ndarray::{ArrayView1, ArrayView2, ArrayViewMut2, Axis, Dimension, ShapeError};
 use numpy::{
@@ -13,7 +14,7 @@ use pyo3::types::PyDict;
 use std::ops::Range;
 
 /// A scalar type that numpy and the core share.
-pub(crate) trait Scalar: Real + Element + Send + Sync {
+pub(crate) trait Scalar: Real + Element + Lanes + Send + Sync {
     /// numpy's name of the type.
     const NAME: &'static str;
 }

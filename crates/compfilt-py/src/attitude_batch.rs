@@ -4,7 +4,6 @@ use crate::arrays::Scalar;
 use crate::attitude_family::{Family, Output, Sample};
 use crate::attitude_lanes::{Job, filter_all};
 use crate::attitude_log::Log;
-use crate::simd_number::Widen;
 use crate::state::Numbers;
 use compfilt_core::attitude::Rotation;
 use compfilt_core::linear::Flags;
@@ -84,7 +83,7 @@ impl<F: Family, T: Scalar> Bound<F, T> {
     }
 }
 
-impl<F: Family, T: Scalar + Widen> Runner<T> for Bound<F, T> {
+impl<F: Family, T: Scalar> Runner<T> for Bound<F, T> {
     fn follow(&mut self, dt: Option<Dt<T>>) {
         if let Some(dt) = dt.map(Dt::seconds).or(self.sampled)
             && dt != self.dt

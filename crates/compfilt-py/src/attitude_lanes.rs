@@ -5,8 +5,9 @@ use crate::attitude_batch::{Bound, ROWS};
 use crate::attitude_family::{Family, Sample};
 use crate::attitude_log::{Log, Part};
 use crate::attitude_octet::{Octet, Spare};
-use crate::simd::{WIDTH, side_by_side};
-use crate::simd_number::{WideMask, WideNumber, Widen};
+use crate::shares::at_most_cores;
+use crate::simd::{WIDTH, Wide, side_by_side};
+use crate::simd_number::{WideMask, WideNumber};
 use compfilt_core::Change;
 use compfilt_core::linear::Flags;
 use compfilt_core::nalgebra::ComplexField;
@@ -23,7 +24,7 @@ pub(crate) struct Job<'a, F: Family, T: Scalar> {
 }
 
 /// Filters all recordings; with `sampled`, at that period in s, otherwise at the steps of each.
-pub(crate) fn filter_all<F: Family, T: Widen>(
+pub(crate) fn filter_all<F: Family, T: Scalar>(
     filter: &F::Filter<T>,
     sampled: Option<T>,
     jobs: &mut [Job<'_, F, T>],
@@ -51,15 +52,6 @@ pub(crate) fn filter_all<F: Family, T: Widen>(
     });
 }
 
-/// More threads than cores would only wait for each other.
-fn at_most_cores(workers: NonZeroUsize) -> NonZeroUsize {
-    // Asking the system takes longer than a short recording.
-    if workers == NonZeroUsize::MIN {
-        return workers;
-    }
-    workers.min(std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN))
-}
-
 /// The recordings of one worker.
 struct Share<'s, 'a, F: Family, T: Scalar> {
     jobs: Vec<&'s mut Job<'a, F, T>>,
@@ -72,7 +64,7 @@ impl<F: Family, T: Scalar> Default for Share<'_, '_, F, T> {
     }
 }
 
-impl<F: Family, T: Widen> Share<'_, '_, F, T> {
+impl<F: Family, T: Scalar> Share<'_, '_, F, T> {
     fn filter(self, filter: &F::Filter<T>, sampled: Option<T>) {
         let (with_mag, without): (Vec<_>, Vec<_>) =
             self.jobs.into_iter().partition(|job| job.log.mag.is_some());
@@ -122,7 +114,7 @@ impl<F: Family, T: Scalar> Lane<'_, '_, F, T> {
 }
 
 /// Eight lanes and the recordings that wait for one.
-struct Lanes<'s, 'a, F: Family, T: Widen, S: Simd> {
+struct Lanes<'s, 'a, F: Family, T: Scalar, S: Simd> {
     filter: F::Filter<T::Wide<S>>,
     gains: F::Gains<T::Wide<S>>,
     /// The time steps of the gains.
@@ -132,7 +124,7 @@ struct Lanes<'s, 'a, F: Family, T: Widen, S: Simd> {
     waiting: std::vec::IntoIter<&'s mut Job<'a, F, T>>,
 }
 
-impl<'s, 'a, F: Family, T: Widen, S: Simd> Lanes<'s, 'a, F, T, S> {
+impl<'s, 'a, F: Family, T: Scalar, S: Simd> Lanes<'s, 'a, F, T, S> {
     #[inline(always)]
     fn new(
         _: S,
@@ -141,7 +133,7 @@ impl<'s, 'a, F: Family, T: Widen, S: Simd> Lanes<'s, 'a, F, T, S> {
         jobs: Vec<&'s mut Job<'a, F, T>>,
     ) -> Self {
         let filter = F::filter_in(filter, &mut Splat);
-        let dt = <T::Wide<S> as WideNumber<T>>::of([sampled.unwrap_or(T::zero()); WIDTH]);
+        let dt = T::Wide::<S>::from_array([sampled.unwrap_or(T::zero()); WIDTH]);
         let gains = F::gains(&filter, dt);
         let state = F::state_in(&F::start::<T>(None), &mut Splat);
         let taken = std::array::from_fn(|_| None);
@@ -209,7 +201,7 @@ impl<'s, 'a, F: Family, T: Widen, S: Simd> Lanes<'s, 'a, F, T, S> {
 
 /// The samples of some rows.
 #[inline(always)]
-fn run<F: Family, T: Widen, S: Simd>(
+fn run<F: Family, T: Scalar, S: Simd>(
     filter: &F::Filter<T::Wide<S>>,
     gains: &mut F::Gains<T::Wide<S>>,
     before: &mut T::Wide<S>,
@@ -229,7 +221,7 @@ fn run<F: Family, T: Widen, S: Simd>(
                     (*dt, restarted[lane]) = (T::zero(), Flags::RESTARTED);
                 }
             }
-            let dt = <T::Wide<S> as WideNumber<T>>::of(steps);
+            let dt = T::Wide::<S>::from_array(steps);
             if dt != *before {
                 (*before, *gains) = (dt, F::gains(filter, dt));
             }
@@ -250,9 +242,9 @@ fn run<F: Family, T: Widen, S: Simd>(
 /// The same number in every lane.
 struct Splat;
 
-impl<T: Widen, W: WideNumber<T>> Change<T, W> for Splat {
+impl<T: Scalar, W: WideNumber<T>> Change<T, W> for Splat {
     fn number(&mut self, number: T) -> W {
-        W::of([number; WIDTH])
+        W::from_array([number; WIDTH])
     }
 
     fn mask(&mut self, mask: bool) -> W::Mask {
@@ -263,9 +255,9 @@ impl<T: Widen, W: WideNumber<T>> Change<T, W> for Splat {
 /// One lane's numbers.
 struct TakeLane(usize);
 
-impl<T: Widen, W: WideNumber<T>> Change<W, T> for TakeLane {
+impl<T: Scalar, W: WideNumber<T>> Change<W, T> for TakeLane {
     fn number(&mut self, number: W) -> T {
-        number.values()[self.0]
+        number.to_array()[self.0]
     }
 
     fn mask(&mut self, mask: W::Mask) -> bool {
@@ -275,7 +267,7 @@ impl<T: Widen, W: WideNumber<T>> Change<W, T> for TakeLane {
 
 /// The state with one lane's own in its lane.
 #[inline(never)]
-fn put_lane<F: Family, T: Widen, S: Simd>(
+fn put_lane<F: Family, T: Scalar, S: Simd>(
     state: &F::State<T::Wide<S>>,
     lane: usize,
     own: &F::State<T>,
@@ -306,11 +298,11 @@ struct PutLane<T> {
     numbers: std::vec::IntoIter<T>,
 }
 
-impl<T: Widen, W: WideNumber<T>> Change<W, W> for PutLane<T> {
+impl<T: Scalar, W: WideNumber<T>> Change<W, W> for PutLane<T> {
     fn number(&mut self, number: W) -> W {
-        let mut values = number.values();
+        let mut values = number.to_array();
         values[self.lane] = self.numbers.next().unwrap_or(T::NAN);
-        W::of(values)
+        W::from_array(values)
     }
 
     fn mask(&mut self, mut mask: W::Mask) -> W::Mask {

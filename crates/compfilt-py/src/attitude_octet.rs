@@ -91,15 +91,15 @@ impl<'a, T: Scalar> Octet<'a, T> {
         let ([[a, b, c]], [[d, e, f]]) = (output.up.data.0, output.bias.data.0);
         let mut numbers = [w, x, y, z, a, b, c, d, e, f];
         if !output.started.all() {
-            let (nan, zero) = (W::of([T::NAN; WIDTH]), W::of([T::zero(); WIDTH]));
+            let (nan, zero) = (W::from_array([T::NAN; WIDTH]), W::from_array([T::zero(); WIDTH]));
             for (index, number) in numbers.iter_mut().enumerate() {
                 *number = W::choose(output.started, *number, if index < 7 { nan } else { zero });
             }
         }
         let [w, x, y, z, a, b, c, d, e, f] = numbers;
-        let quaternion = [w.values(), x.values(), y.values(), z.values()];
-        let up = [a.values(), b.values(), c.values()];
-        let bias = [d.values(), e.values(), f.values()];
+        let quaternion = [w.to_array(), x.to_array(), y.to_array(), z.to_array()];
+        let up = [a.to_array(), b.to_array(), c.to_array()];
+        let bias = [d.to_array(), e.to_array(), f.to_array()];
         for lane in 0..WIDTH {
             let [w, x, y, z] = &quaternion;
             self.quaternion[lane][row] = [w[lane], x[lane], y[lane], z[lane]];
@@ -131,9 +131,9 @@ fn gather<T: Scalar, W: WideNumber<T>>(rows: &Vectors<'_, T>, row: usize) -> Vec
     }
     let [x, y, z] = parts;
     Vector3::from_array_storage(compfilt_core::nalgebra::ArrayStorage([[
-        W::of(x),
-        W::of(y),
-        W::of(z),
+        W::from_array(x),
+        W::from_array(y),
+        W::from_array(z),
     ]]))
 }
 

@@ -1,9 +1,11 @@
 //! The loops of the linear filters: a filter bound to its channels' states, over one sample or a block of them.
 
 use crate::arrays::Scalar;
+use crate::batch_blocks::{pays, run_blocks};
+use crate::batch_lanes::run_lanes;
 use crate::design::{Design, Rule, Visitor};
 use crate::memory::Memory;
-use crate::shares::split_columns;
+use crate::shares::{at_most_cores, share, split_columns};
 use crate::state::Numbers;
 use compfilt_core::linear::{Flags, Input, RateInputs, Stream, StreamState};
 use compfilt_core::nalgebra::ComplexField;
@@ -15,7 +17,7 @@ use std::num::NonZeroUsize;
 use std::panic::resume_unwind;
 
 /// Rows after which the next channel has its turn, so that a block of rows stays in the cache.
-const ROWS: usize = 256;
+pub(crate) const ROWS: usize = 256;
 
 /// How a filter meets its samples, in the units of the caller.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,9 +44,8 @@ pub(crate) struct Block<'a, T> {
     pub(crate) measurement: ArrayView2<'a, T>,
     pub(crate) derivative: ArrayView2<'a, T>,
     pub(crate) steps: Steps<'a, T>,
-    pub(crate) level0: Option<ArrayViewMut2<'a, T>>,
-    /// `(order, samples, channels)`.
-    pub(crate) levels: Option<ArrayViewMut3<'a, T>>,
+    /// `(1, samples, channels)` for level 0 alone, `(order, samples, channels)` for all levels.
+    pub(crate) levels: ArrayViewMut3<'a, T>,
     pub(crate) flags: Option<ArrayViewMut2<'a, u8>>,
 }
 
@@ -57,7 +58,8 @@ pub(crate) trait Runner<T: Scalar>: Send + Sync {
     fn update(&mut self, channel: usize, y: T, u: T, dt: Option<Dt<T>>) -> Flags;
     fn predict(&mut self, channel: usize, u: T, dt: Option<Dt<T>>) -> Flags;
     fn correct(&mut self, channel: usize, y: T) -> Flags;
-    fn block(&mut self, block: Block<'_, T>, workers: NonZeroUsize);
+    /// `exact` keeps the order of the arithmetic of a stream.
+    fn block(&mut self, block: Block<'_, T>, workers: NonZeroUsize, exact: bool);
     fn store(&self, channel: usize) -> Numbers;
     /// False if the numbers are not a state of this filter.
     fn restore(&mut self, channel: usize, numbers: &Numbers) -> bool;
@@ -105,8 +107,7 @@ impl<T: Scalar> Visitor<T> for Make<'_> {
             rate: self.design.is_rate().then(|| RateInputs::new(T::NAN)),
         };
         Ok(Box::new(Channelwise {
-            hold: T::literal(self.options.hold),
-            stream,
+            filter: Filter { hold: T::literal(self.options.hold), stream },
             sampled,
             gains,
             channels: vec![channel; self.channels],
@@ -152,16 +153,21 @@ pub(crate) fn bind<T: Scalar, D: Copy>(design: D, options: &Options) -> PyResult
 
 /// What a channel carries from sample to sample.
 #[derive(Clone)]
-struct Channel<T: Scalar, const N: usize> {
-    state: StreamState<T, N>,
+pub(crate) struct Channel<T: Scalar, const N: usize> {
+    pub(crate) state: StreamState<T, N>,
     memory: Memory<T>,
     /// The rate filter's two inputs are prepared first.
     rate: Option<RateInputs<T>>,
 }
 
+/// What all channels share.
+pub(crate) struct Filter<T, D> {
+    pub(crate) stream: Stream<T, D>,
+    pub(crate) hold: T,
+}
+
 struct Channelwise<T: Scalar, D: Discretise<T, N>, const N: usize> {
-    stream: Stream<T, D>,
-    hold: T,
+    filter: Filter<T, D>,
     /// The gains at the sample rate, if there is one.
     sampled: Option<D::Gains>,
     /// The gains of the last time step, whatever it was.
@@ -173,16 +179,16 @@ impl<T: Scalar, const N: usize> Channel<T, N> {
     #[inline]
     fn update<D: Discretise<T, N>>(
         &mut self,
-        stream: &Stream<T, D>,
+        filter: &Filter<T, D>,
         gains: &D::Gains,
-        hold: T,
         y: T,
         u: T,
     ) -> Flags {
+        let Filter { stream, hold } = filter;
         let (measurement, u, mut flags) = match &mut self.rate {
             None => (y, u, Flags::default()),
             Some(inputs) => {
-                let prepared = inputs.prepare(y, u, gains.dt(), hold);
+                let prepared = inputs.prepare(y, u, gains.dt(), *hold);
                 if !self.state.started && y.is_finite() {
                     self.state.start(y);
                 }
@@ -199,10 +205,21 @@ impl<T: Scalar, const N: usize> Channel<T, N> {
     }
 
     /// Whether a sample is one step of the recurrence and nothing else, as long as both signals are there.
-    fn is_plain<D: Copy>(&self, stream: &Stream<T, D>) -> bool {
+    pub(crate) fn is_plain<D: Copy>(&self, filter: &Filter<T, D>) -> bool {
         matches!(self.memory, Memory::Nothing)
             && self.rate.is_none()
-            && stream.is_plain_step(&self.state)
+            && filter.stream.is_plain_step(&self.state)
+    }
+
+    /// Takes the levels after plain steps whose last input was `u`. False, with the state as it was, if a sample was
+    /// missing: what is not a number never leaves the levels again, so that one look at the end tells.
+    pub(crate) fn take_plain(&mut self, levels: [T; N], u: T) -> bool {
+        if !levels.iter().all(ComplexField::is_finite) {
+            return false;
+        }
+        self.state.levels.levels = levels;
+        self.state.input.renew(u);
+        true
     }
 
     fn reset(&mut self) {
@@ -216,22 +233,22 @@ impl<T: Scalar, const N: usize> Channel<T, N> {
 
 /// Changes the gains when the time step does.
 #[inline]
-fn follow<T: Scalar, D: Discretise<T, N>, const N: usize>(
-    stream: &Stream<T, D>,
+pub(crate) fn follow<T: Scalar, D: Discretise<T, N>, const N: usize>(
+    filter: &Filter<T, D>,
     gains: &mut D::Gains,
     dt: T,
 ) {
     if gains.dt() != dt
         && let Ok(dt) = Dt::new(dt)
     {
-        *gains = stream.design().gains(dt);
+        *gains = filter.stream.design().gains(dt);
     }
 }
 
 impl<T: Scalar, D: Discretise<T, N>, const N: usize> Channelwise<T, D, N> {
     fn gains_for(&mut self, dt: Option<Dt<T>>) -> D::Gains {
         match (dt, self.sampled) {
-            (Some(dt), _) => follow(&self.stream, &mut self.gains, dt.seconds()),
+            (Some(dt), _) => follow(&self.filter, &mut self.gains, dt.seconds()),
             (None, Some(gains)) => self.gains = gains,
             (None, None) => {}
         }
@@ -250,10 +267,10 @@ fn rows_of<T>(
 
 /// Where in a block a channel's turn begins and ends.
 #[derive(Clone, Copy)]
-struct Rows {
-    channel: usize,
-    start: usize,
-    end: usize,
+pub(crate) struct Rows {
+    pub(crate) channel: usize,
+    pub(crate) start: usize,
+    pub(crate) end: usize,
 }
 
 /// The common case: both signals are there in all rows, so that every sample is one step and nothing else.
@@ -267,93 +284,92 @@ fn run_plain<T: Scalar, G: Recurrence<T, N>, const N: usize>(
     let Rows { channel: c, start, end } = rows;
     let mut state = channel.state.levels;
     let slices = (block.measurement.column(c), block.derivative.column(c));
-    let out = block.level0.as_mut().map(|out| out.column_mut(c));
-    match (slices.0.as_slice(), slices.1.as_slice(), out, &mut block.levels) {
-        (Some(y), Some(u), Some(mut out), None) if out.is_standard_layout() => {
-            let out = out.as_slice_mut().unwrap_or_default();
+    let only_level0 = block.levels.len_of(Axis(0)) == 1;
+    let mut out = block.levels.index_axis_mut(Axis(2), c);
+    match (slices.0.as_slice(), slices.1.as_slice(), out.row_mut(0).as_slice_mut()) {
+        (Some(y), Some(u), Some(out)) if only_level0 => {
             let samples = y[start..end].iter().zip(&u[start..end]);
             for (out, (y, u)) in out[start..end].iter_mut().zip(samples) {
                 *out = gains.step(&mut state, *y, *u);
             }
         }
-        (_, _, mut out, levels) => {
+        _ => {
             let y = rows_of(block.measurement, c, start..end);
             let u = rows_of(block.derivative, c, start..end);
             for (row, (y, u)) in (start..end).zip(y.zip(u)) {
-                let level0 = gains.step(&mut state, *y, *u);
-                if let Some(out) = &mut out {
-                    out[row] = level0;
-                }
-                if let Some(out) = levels.as_mut() {
-                    for (level, x) in state.levels.iter().enumerate() {
-                        out[(level, row, c)] = *x;
-                    }
+                gains.step(&mut state, *y, *u);
+                for (level, x) in state.levels.iter().take(out.nrows()).enumerate() {
+                    out[(level, row)] = *x;
                 }
             }
         }
     }
-    // What is not a number never leaves the levels again: one look at the end tells whether any sample was missing.
-    if !state.levels.iter().all(ComplexField::is_finite) {
-        return false;
-    }
-    channel.state.levels = state;
-    channel.state.input.renew(block.derivative[(end - 1, c)]);
-    true
+    channel.take_plain(state.levels, block.derivative[(end - 1, c)])
 }
 
-/// Runs some channels of a block; each worker has its own.
-fn run<T: Scalar, D: Discretise<T, N>, const N: usize>(
-    stream: &Stream<T, D>,
-    hold: T,
+/// Any case, sample by sample.
+pub(crate) fn run_careful<T: Scalar, D: Discretise<T, N>, const N: usize>(
+    filter: &Filter<T, D>,
+    gains: &mut D::Gains,
+    channel: &mut Channel<T, N>,
+    block: &mut Block<'_, T>,
+    rows: Rows,
+) {
+    let Rows { channel: c, start, end } = rows;
+    let y = rows_of(block.measurement, c, start..end);
+    let u = rows_of(block.derivative, c, start..end);
+    let mut out = block.levels.index_axis_mut(Axis(2), c);
+    for (row, (y, u)) in (start..end).zip(y.zip(u)) {
+        let mut flags = Flags::default();
+        if let Steps::Each(steps) = block.steps {
+            let dt = steps[row];
+            if dt.is_finite() {
+                follow(filter, gains, dt);
+            } else {
+                channel.reset();
+                follow(filter, gains, T::zero());
+                flags |= Flags::RESTARTED;
+            }
+        }
+        flags |= channel.update(filter, gains, *y, *u);
+        for (level, x) in channel.state.levels.levels.iter().take(out.nrows()).enumerate() {
+            out[(level, row)] = *x;
+        }
+        if let Some(out) = &mut block.flags {
+            out[(row, c)] = flags.bits();
+        }
+    }
+}
+
+/// Runs some channels of a block one at a time.
+pub(crate) fn run<T: Scalar, D: Discretise<T, N>, const N: usize>(
+    filter: &Filter<T, D>,
     mut gains: D::Gains,
     channels: &mut [Channel<T, N>],
     mut block: Block<'_, T>,
 ) -> D::Gains {
     let rows = block.measurement.nrows();
     let is_uniform = matches!(block.steps, Steps::Uniform);
-    let mut start = 0;
-    while start < rows {
+    for start in (0..rows).step_by(ROWS) {
         let end = rows.min(start + ROWS);
         let begin_gains = gains;
         for (c, channel) in channels.iter_mut().enumerate() {
             gains = begin_gains;
-            let rows = Rows { channel: c, start, end };
-            if is_uniform
-                && channel.is_plain(stream)
-                && run_plain(&gains, channel, &mut block, rows)
-            {
-                continue;
+            let mut rows = Rows { channel: c, start, end };
+            // A filter that waits for its first measurement runs plainly from the next sample on.
+            if is_uniform && !channel.is_plain(filter) {
+                let first = Rows { end: start + 1, ..rows };
+                run_careful(filter, &mut gains, channel, &mut block, first);
+                rows.start = start + 1;
             }
-            let mut y = rows_of(block.measurement, c, start..end);
-            let mut u = rows_of(block.derivative, c, start..end);
-            for row in start..end {
-                let (Some(y), Some(u)) = (y.next(), u.next()) else { break };
-                let mut flags = Flags::default();
-                if let Steps::Each(steps) = block.steps {
-                    let dt = steps[row];
-                    if dt.is_finite() {
-                        follow(stream, &mut gains, dt);
-                    } else {
-                        channel.reset();
-                        follow(stream, &mut gains, T::zero());
-                        flags |= Flags::RESTARTED;
-                    }
-                }
-                flags |= channel.update(stream, &gains, hold, *y, *u);
-                if let Some(out) = &mut block.level0 {
-                    out[(row, c)] = channel.state.level0();
-                }
-                if let Some(out) = &mut block.levels {
-                    for (level, x) in channel.state.levels.levels.iter().enumerate() {
-                        out[(level, row, c)] = *x;
-                    }
-                }
-                if let Some(out) = &mut block.flags {
-                    out[(row, c)] = flags.bits();
-                }
+            let is_done = rows.start == end
+                || is_uniform
+                    && channel.is_plain(filter)
+                    && run_plain(&gains, channel, &mut block, rows);
+            if !is_done {
+                run_careful(filter, &mut gains, channel, &mut block, rows);
             }
         }
-        start = end;
     }
     gains
 }
@@ -378,40 +394,43 @@ where
 
     fn update(&mut self, channel: usize, y: T, u: T, dt: Option<Dt<T>>) -> Flags {
         let gains = self.gains_for(dt);
-        self.channels[channel].update(&self.stream, &gains, self.hold, y, u)
+        self.channels[channel].update(&self.filter, &gains, y, u)
     }
 
     fn predict(&mut self, channel: usize, u: T, dt: Option<Dt<T>>) -> Flags {
         let gains = self.gains_for(dt);
         let channel = &mut self.channels[channel];
         channel.memory.make_room();
-        self.stream.predict(&gains, &mut channel.state, u, &mut channel.memory)
+        self.filter.stream.predict(&gains, &mut channel.state, u, &mut channel.memory)
     }
 
     fn correct(&mut self, channel: usize, y: T) -> Flags {
         let channel = &mut self.channels[channel];
-        self.stream.correct(&self.gains, &mut channel.state, y, &mut channel.memory)
+        self.filter.stream.correct(&self.gains, &mut channel.state, y, &mut channel.memory)
     }
 
-    fn block(&mut self, block: Block<'_, T>, workers: NonZeroUsize) {
+    fn block(&mut self, block: Block<'_, T>, workers: NonZeroUsize, exact: bool) {
         if let Some(gains) = self.sampled
             && matches!(block.steps, Steps::Uniform)
         {
             self.gains = gains;
         }
-        let (stream, hold, gains) = (&self.stream, self.hold, self.gains);
-        // More threads than cores would only wait for each other.
-        let cores = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-        let share = self.channels.len().div_ceil(workers.min(cores).get()).max(1);
+        let (filter, gains) = (&self.filter, self.gains);
+        let workers = at_most_cores(workers);
+        if !exact && pays(&block) {
+            run_blocks(filter, &gains, &mut self.channels, block, workers);
+            return;
+        }
+        let share = share(self.channels.len(), workers);
         if share >= self.channels.len() {
-            self.gains = run(stream, hold, gains, &mut self.channels, block);
+            self.gains = run_lanes(filter, gains, &mut self.channels, block);
             return;
         }
         let shares = self.channels.chunks_mut(share).zip(split_columns(block, share));
         self.gains = std::thread::scope(|scope| {
             let threads: Vec<_> = shares
                 .map(|(channels, block)| {
-                    scope.spawn(move || run(stream, hold, gains, channels, block))
+                    scope.spawn(move || run_lanes(filter, gains, channels, block))
                 })
                 .collect();
             let joined = threads.into_iter().map(std::thread::ScopedJoinHandle::join);

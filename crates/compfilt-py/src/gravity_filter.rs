@@ -12,7 +12,6 @@ use crate::errors::value_error;
 use crate::gravity_offline::{Offline, smooth, velocities};
 use crate::options::handling;
 use crate::session::precision_of;
-use crate::simd_number::Widen;
 use compfilt_core::attitude::{
     GravityFilter as Core, HeadingRule, RestRule, SelfCalibratingFilter, Smoother,
 };
@@ -181,7 +180,7 @@ impl GravityFilter {
         self.acc_range.map_or(Ok(filter), |range| filter.force_range(T::literal(range)))
     }
 
-    fn self_calibrating_filter<T: Widen>(
+    fn self_calibrating_filter<T: Scalar>(
         &self,
         hold: f64,
         fs: Option<f64>,
@@ -194,12 +193,12 @@ impl GravityFilter {
         Ok(Bound::new(filter, sampled))
     }
 
-    fn bind_calibrating<T: Widen>(&self, hold: f64, fs: Option<f64>) -> PyResult<Session<T>> {
+    fn bind_calibrating<T: Scalar>(&self, hold: f64, fs: Option<f64>) -> PyResult<Session<T>> {
         let runner = Box::new(self.self_calibrating_filter::<T>(hold, fs)?);
         Ok(Session { runner, fs, time: None, kind: SELF_CALIBRATING.to_owned() })
     }
 
-    fn plain_filter<T: Widen, const N: usize>(
+    fn plain_filter<T: Scalar, const N: usize>(
         &self,
         hold: f64,
         fs: Option<f64>,
@@ -209,12 +208,12 @@ impl GravityFilter {
         Ok(Bound::new(filter, sampled))
     }
 
-    fn bind<T: Widen, const N: usize>(&self, hold: f64, fs: Option<f64>) -> PyResult<Session<T>> {
+    fn bind<T: Scalar, const N: usize>(&self, hold: f64, fs: Option<f64>) -> PyResult<Session<T>> {
         let runner = Box::new(self.plain_filter::<T, N>(hold, fs)?);
         Ok(Session { runner, fs, time: None, kind: format!("gravity filter of order {N}") })
     }
 
-    fn of_order<T: Widen>(&self, hold: f64, fs: Option<f64>) -> PyResult<Session<T>> {
+    fn of_order<T: Scalar>(&self, hold: f64, fs: Option<f64>) -> PyResult<Session<T>> {
         if self.self_calibrating {
             return self.bind_calibrating(hold, fs);
         }

@@ -5,7 +5,7 @@ use crate::design::{Design, Kind};
 use crate::estimate::Estimate;
 use crate::options::checked;
 use crate::precision::with_precision;
-use crate::session::{AnySession, Input, Results, Wanted, precision_of};
+use crate::session::{AnySession, Handling, Input, Results, Wanted, precision_of};
 use crate::stream::Stream;
 use numpy::{Complex64, PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -82,7 +82,7 @@ impl<'a, 'py> Call<'a, 'py> {
         py: Python<'py>,
         design: &Design,
         options: &crate::batch::Options,
-        handling: crate::session::Handling,
+        handling: Handling,
         wanted: &Wanted<'_, 'py>,
     ) -> PyResult<(Results<'py>, AnySession)> {
         design.check_delay(options.delay)?;
@@ -231,9 +231,9 @@ impl LinearFilter {
         workers: i64,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let _ = exact;
         let (options, handling) =
             checked(rule, input, period, delay, missing, hold, gap_cap, backwards, workers)?;
+        let handling = Handling { exact, ..handling };
         let call = Call::new(measurement, derivative, fs, t, initial)?;
         let wanted = Wanted::Level0(out);
         let (results, _) = call.run(py, &self.design, &options, handling, &wanted)?;
@@ -280,9 +280,9 @@ impl LinearFilter {
         exact: bool,
         workers: i64,
     ) -> PyResult<Estimate> {
-        let _ = exact;
         let (options, handling) =
             checked(rule, input, period, delay, missing, hold, gap_cap, backwards, workers)?;
+        let handling = Handling { exact, ..handling };
         let call = Call::new(measurement, derivative, fs, t, initial)?;
         let wanted = Wanted::Levels;
         let (results, session) = call.run(py, &self.design, &options, handling, &wanted)?;

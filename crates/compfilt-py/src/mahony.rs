@@ -1,6 +1,6 @@
 //! Mahony's filters as a Python class.
 
-use crate::arrays::Precision;
+use crate::arrays::{Precision, Scalar};
 use crate::attitude_batch::Bound;
 use crate::attitude_family::MahonyFamily;
 use crate::attitude_many::{Given, estimate_many};
@@ -11,7 +11,6 @@ use crate::errors::value_error;
 use crate::linear_filter::LinearFilter;
 use crate::options::{choice, handling};
 use crate::session::precision_of;
-use crate::simd_number::Widen;
 use compfilt_core::Chain;
 use compfilt_core::attitude::{Mahony as Core, MahonyForm};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -80,7 +79,7 @@ const FORMS: [(&str, MahonyForm); 3] = [
 ];
 
 impl Mahony {
-    fn bind<T: Widen, const N: usize>(
+    fn bind<T: Scalar, const N: usize>(
         &self,
         coefficients: [f64; N],
         hold: f64,

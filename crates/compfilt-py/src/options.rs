@@ -68,6 +68,7 @@ pub(crate) fn handling(missing: &str, backwards: &str, workers: i64) -> PyResult
             &[("raise", Backwards::Raise), ("restart", Backwards::Restart)],
         )?,
         workers: count("workers", workers)?,
+        exact: true,
     })
 }
 

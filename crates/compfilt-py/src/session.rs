@@ -9,7 +9,7 @@ use crate::design::{Design, KindOfState};
 use crate::precision::InPrecision;
 use crate::state::State;
 use compfilt_core::Dt;
-use numpy::ndarray::{ArrayViewMut3, Dimension};
+use numpy::ndarray::{ArrayViewMut3, Axis, Dimension};
 use numpy::{IxDyn, PyArrayDyn, PyArrayMethods, PyReadwriteArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -22,6 +22,8 @@ pub(crate) struct Handling {
     pub(crate) raise_missing: bool,
     pub(crate) backwards: Backwards,
     pub(crate) workers: NonZeroUsize,
+    /// Whether the arithmetic keeps the order of a stream.
+    pub(crate) exact: bool,
 }
 
 /// A filter bound to its channels in one scalar type.
@@ -77,44 +79,42 @@ impl<T: Scalar> Session<T> {
         check_same_shape(input.measurement, input.derivative)?;
         let shape = IxDyn(input.measurement.shape());
         let (steps, time) = steps::<T>(input.t, self.fs, self.time, shape[0], handling.backwards)?;
-        let level0 = match *wanted {
-            Wanted::Levels => None,
-            Wanted::Level0(Some(out)) => Some(output::<T>(out, shape.slice())?),
-            Wanted::Level0(None) => Some(PyArrayDyn::<T>::zeros(py, shape.clone(), false)),
+        let keep_levels = matches!(wanted, Wanted::Levels);
+        let results = match *wanted {
+            Wanted::Levels => {
+                let levels = [&[self.runner.order()], shape.slice()].concat();
+                PyArrayDyn::<T>::zeros(py, IxDyn(&levels), false)
+            }
+            Wanted::Level0(Some(out)) => output::<T>(out, shape.slice())?,
+            Wanted::Level0(None) => PyArrayDyn::<T>::zeros(py, shape.clone(), false),
         };
-        let measurement = input.measurement.typed_apart_from::<T>(level0.as_ref())?;
-        let derivative = input.derivative.typed_apart_from::<T>(level0.as_ref())?;
+        let out = (!keep_levels).then_some(&results);
+        let measurement = input.measurement.typed_apart_from::<T>(out)?;
+        let derivative = input.derivative.typed_apart_from::<T>(out)?;
         if handling.raise_missing {
             check_all_finite(columns(&measurement)?, input.measurement.name)?;
             check_all_finite(columns(&derivative)?, input.derivative.name)?;
         }
-        let keep_levels = matches!(wanted, Wanted::Levels);
-        let order = self.runner.order();
-        let levels = keep_levels.then(|| {
-            let shape = [&[order], shape.slice()].concat();
-            PyArrayDyn::<T>::zeros(py, IxDyn(&shape), false)
-        });
         let flags = keep_levels.then(|| PyArrayDyn::<u8>::zeros(py, shape.clone(), false));
         {
-            let mut level0 = level0.as_ref().map(writable).transpose()?;
-            let mut levels = levels.as_ref().map(writable).transpose()?;
+            let mut results = writable(&results)?;
             let mut flags = flags.as_ref().map(PyArrayMethods::readwrite);
             let block = Block {
                 measurement: columns(&measurement)?,
                 derivative: columns(&derivative)?,
                 steps: steps.as_deref().map_or(Steps::Uniform, Steps::Each),
-                level0: level0.as_mut().map(columns_mut).transpose()?,
-                levels: levels.as_mut().map(|levels| levels_mut(levels, order)).transpose()?,
+                levels: levels_mut(&mut results, keep_levels)?,
                 flags: flags.as_mut().map(columns_mut).transpose()?,
             };
             let runner = &mut self.runner;
-            py.detach(|| runner.block(block, handling.workers));
+            py.detach(|| runner.block(block, handling.workers, handling.exact));
         }
         self.time = time;
-        Ok(Results {
-            level0: level0.map(Bound::into_any),
-            levels: levels.map(Bound::into_any),
-            flags,
+        let results = results.into_any();
+        Ok(if keep_levels {
+            Results { level0: None, levels: Some(results), flags }
+        } else {
+            Results { level0: Some(results), levels: None, flags }
         })
     }
 
@@ -195,13 +195,17 @@ impl<T: Scalar> Session<T> {
     }
 }
 
-/// The view of the new array for all levels: `(order, samples, channels)`.
+/// `(levels, samples, channels)` of the results, which hold all levels or level 0 alone.
 fn levels_mut<'a, T: Scalar>(
-    levels: &'a mut PyReadwriteArrayDyn<'_, T>,
-    order: usize,
+    results: &'a mut PyReadwriteArrayDyn<'_, T>,
+    all: bool,
 ) -> PyResult<ArrayViewMut3<'a, T>> {
-    let shape = (order, levels.shape()[1], levels.shape().get(2).copied().unwrap_or(1));
-    ArrayViewMut3::from_shape(shape, levels.as_slice_mut()?)
+    if !all {
+        return Ok(columns_mut(results)?.insert_axis(Axis(0)));
+    }
+    let shape = results.shape();
+    let shape = (shape[0], shape[1], shape.get(2).copied().unwrap_or(1));
+    ArrayViewMut3::from_shape(shape, results.as_slice_mut()?)
         .map_err(|error| PyValueError::new_err(error.to_string()))
 }
 

@@ -1,8 +1,54 @@
 //! A block cut into shares of its channels, one for each worker.
 
 use crate::arrays::Scalar;
-use crate::batch::Block;
+use crate::batch::{Block, Steps};
+use crate::simd::WIDTH;
 use numpy::ndarray::{ArrayView2, ArrayViewMut, Axis, Dimension};
+use std::num::NonZeroUsize;
+use std::sync::OnceLock;
+
+/// More threads than cores would only wait for each other. Counting the cores takes as long as thousands of samples, so
+/// that one worker does not.
+pub(crate) fn at_most_cores(workers: NonZeroUsize) -> NonZeroUsize {
+    static CORES: OnceLock<NonZeroUsize> = OnceLock::new();
+    if workers == NonZeroUsize::MIN {
+        return workers;
+    }
+    let count = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    workers.min(*CORES.get_or_init(count))
+}
+
+/// How many channels a worker takes: whole groups of those that run side by side.
+pub(crate) fn share(channels: usize, workers: NonZeroUsize) -> usize {
+    channels.div_ceil(WIDTH).div_ceil(workers.get()).max(1) * WIDTH
+}
+
+/// The block's first rows and the others.
+pub(crate) fn split_rows<T: Scalar>(
+    block: Block<'_, T>,
+    rows: usize,
+) -> (Block<'_, T>, Block<'_, T>) {
+    let samples = Axis(0);
+    let (measurement, later_measurement) = block.measurement.split_at(samples, rows);
+    let (derivative, later_derivative) = block.derivative.split_at(samples, rows);
+    let (levels, later_levels) = block.levels.split_at(Axis(1), rows);
+    let (flags, later_flags) = block.flags.map(|flags| flags.split_at(samples, rows)).unzip();
+    let (steps, later_steps) = match block.steps {
+        Steps::Uniform => (Steps::Uniform, Steps::Uniform),
+        Steps::Each(steps) => {
+            let (steps, later) = steps.split_at(rows);
+            (Steps::Each(steps), Steps::Each(later))
+        }
+    };
+    let later = Block {
+        measurement: later_measurement,
+        derivative: later_derivative,
+        steps: later_steps,
+        levels: later_levels,
+        flags: later_flags,
+    };
+    (Block { measurement, derivative, steps, levels, flags }, later)
+}
 
 /// The block's columns in shares of as many channels.
 pub(crate) fn split_columns<T: Scalar>(
@@ -10,19 +56,14 @@ pub(crate) fn split_columns<T: Scalar>(
     share: usize,
 ) -> impl Iterator<Item = Block<'_, T>> {
     let columns = Axis(1);
-    let mut level0 = parts(block.level0, columns, share);
     let mut flags = parts(block.flags, columns, share);
-    let mut levels = parts(block.levels, Axis(2), share);
+    let mut levels = parts(Some(block.levels), Axis(2), share);
     let steps = block.steps;
     let measurement = parts_of_view(block.measurement, share);
     let derivative = parts_of_view(block.derivative, share);
-    measurement.into_iter().zip(derivative).map(move |(measurement, derivative)| Block {
-        measurement,
-        derivative,
-        steps,
-        level0: level0.next(),
-        levels: levels.next(),
-        flags: flags.next(),
+    measurement.into_iter().zip(derivative).map_while(move |(measurement, derivative)| {
+        let levels = levels.next()?;
+        Some(Block { measurement, derivative, steps, levels, flags: flags.next() })
     })
 }
 

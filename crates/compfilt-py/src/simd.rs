@@ -7,12 +7,13 @@
 //! Everything between `dispatch` and the operators must be inlined, or it is compiled for the oldest processor:
 //! `#[inline(always)]` on functions, loops instead of closures that hold operators.
 
+use crate::simd_number::WideNumber;
 use compfilt_core::Element;
-use fearless_simd::{Simd, SimdBase, SimdFrom, f32x8, f64x8};
+use fearless_simd::{SimdBase, SimdFrom, f32x8, f64x8};
 use std::fmt;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
-pub(crate) use fearless_simd::{Level, dispatch};
+pub(crate) use fearless_simd::{Level, Simd, dispatch};
 
 /// Runs the first expression with the widest instruction set of the processor in which eight numbers are worth it, and the other
 /// where there is none.
@@ -167,3 +168,51 @@ wide!(
     f32,
     f32x8
 );
+
+/// Eight numbers of a scalar type, whatever that type is.
+pub(crate) trait Wide<T>: Element<T> + Mul<Output = Self> {
+    fn from_array(values: [T; WIDTH]) -> Self;
+    fn to_array(self) -> [T; WIDTH];
+    /// The first halves of both, one number of each by turns.
+    fn zip_low(self, other: Self) -> Self;
+    /// The second halves.
+    fn zip_high(self, other: Self) -> Self;
+}
+
+/// A scalar that the processor takes eight of.
+pub(crate) trait Lanes: Sized {
+    type Wide<S: Simd>: WideNumber<Self>;
+}
+
+macro_rules! lanes {
+    ($T:ident, $Wide:ident) => {
+        impl Lanes for $T {
+            type Wide<S: Simd> = $Wide<S>;
+        }
+
+        impl<S: Simd> Wide<$T> for $Wide<S> {
+            #[inline(always)]
+            fn from_array(values: [$T; WIDTH]) -> Self {
+                Self::from_array(values)
+            }
+
+            #[inline(always)]
+            fn to_array(self) -> [$T; WIDTH] {
+                self.to_array()
+            }
+
+            #[inline(always)]
+            fn zip_low(self, other: Self) -> Self {
+                Self(self.0.zip_low(other.0))
+            }
+
+            #[inline(always)]
+            fn zip_high(self, other: Self) -> Self {
+                Self(self.0.zip_high(other.0))
+            }
+        }
+    };
+}
+
+lanes!(f64, Wide64);
+lanes!(f32, Wide32);

@@ -1,36 +1,19 @@
 //! Eight numbers as the number that a step of the core is written in.
 
-use crate::arrays::Scalar;
-use crate::simd::{WIDTH, Wide32, Wide64, proof};
+use crate::simd::{WIDTH, Wide, Wide32, Wide64, proof};
 use compfilt_core::linear::Flags;
 use compfilt_core::{FlagSet, Mask, Number};
 use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdMask, mask32x8, mask64x8, u32x8, u64x8};
 use std::fmt;
 use std::ops::{BitAnd, BitOr, Not};
 
-/// Eight numbers of the scalar type `T`, and the way from and to them.
-pub(crate) trait WideNumber<T>: Number<Mask: WideMask, Flags = WideFlags> {
-    fn of(values: [T; WIDTH]) -> Self;
-    fn values(self) -> [T; WIDTH];
-}
+/// Eight numbers in which a step can be written.
+pub(crate) trait WideNumber<T>: Wide<T> + Number<Mask: WideMask, Flags = WideFlags> {}
 
 /// Eight answers.
 pub(crate) trait WideMask: Mask {
     fn at(self, lane: usize) -> bool;
     fn set(&mut self, lane: usize, answer: bool);
-}
-
-/// The eight numbers of a scalar type in an instruction set.
-pub(crate) trait Widen: Scalar {
-    type Wide<S: Simd>: WideNumber<Self>;
-}
-
-impl Widen for f64 {
-    type Wide<S: Simd> = Wide64<S>;
-}
-
-impl Widen for f32 {
-    type Wide<S: Simd> = Wide32<S>;
 }
 
 /// What happened to a sample of each of eight recordings.
@@ -128,17 +111,7 @@ macro_rules! wide_number {
             }
         }
 
-        impl<S: Simd> WideNumber<$T> for $Wide<S> {
-            #[inline(always)]
-            fn of(values: [$T; WIDTH]) -> Self {
-                Self::from_array(values)
-            }
-
-            #[inline(always)]
-            fn values(self) -> [$T; WIDTH] {
-                self.to_array()
-            }
-        }
+        impl<S: Simd> WideNumber<$T> for $Wide<S> {}
 
         impl<S: Simd> compfilt_core::Element<$Wide<S>> for $Wide<S> {
             #[inline(always)]

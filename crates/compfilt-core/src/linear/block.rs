@@ -53,22 +53,25 @@ impl<T: Real, const N: usize> Transition<T, N> {
 
     /// The map over `samples` equal steps to which their inputs add `offset`.
     pub fn repeated(&self, samples: usize, offset: SVector<T, N>) -> AffineMap<T, N> {
-        AffineMap { matrix: self.power(samples), offset }
+        AffineMap { matrix: power(self.state, samples), offset }
     }
+}
 
-    /// `A^samples` by squaring.
-    fn power(&self, mut samples: usize) -> SMatrix<T, N, N> {
-        let mut power = SMatrix::identity();
-        let mut square = self.state;
-        while samples > 0 {
-            if samples % 2 == 1 {
-                power *= square;
-            }
-            square *= square;
-            samples /= 2;
+/// `matrix^exponent` by squaring.
+fn power<T: Real, const N: usize>(
+    matrix: SMatrix<T, N, N>,
+    mut exponent: usize,
+) -> SMatrix<T, N, N> {
+    let mut power = SMatrix::identity();
+    let mut square = matrix;
+    while exponent > 0 {
+        if exponent % 2 == 1 {
+            power *= square;
         }
-        power
+        square *= square;
+        exponent /= 2;
     }
+    power
 }
 
 /// `x ↦ A x + b`: what a block of samples does to the state.
@@ -163,5 +166,98 @@ impl<T: Real, const N: usize, const B: usize> BlockResponse<T, N, B> {
                 gains.step(&mut state, T::zero(), T::zero())
             }
         })
+    }
+}
+
+/// How runs of `B` samples in a row move the state, with what every sample adds to the end of its run as a weight.
+///
+/// The weights turn a run into `2 N` scalar products, which know nothing of each other: the run's offset. The states before
+/// the runs then follow one another by `x ↦ A^B x + offset`, once a run instead of once a sample.
+///
+/// ```
+/// use compfilt_core::linear::Run;
+/// use compfilt_core::{Chain, PiForm, Recurrence, State};
+/// let gains = PiForm::new(2.0_f64, 1.0)?.at(0.1)?;
+/// let (y, u) = ([0.3, 0.1, -0.2], [1.0, 2.0, 0.5]);
+/// let run = Run::<f64, 2, 3>::of::<Chain<f64, 2, 1>>(&gains);
+///
+/// let mut state = State { levels: [0.7, -0.1] };
+/// let mut levels = state.levels;
+/// run.follow(&mut levels, &run.offset(&y, &u));
+/// for (y, u) in y.into_iter().zip(u) {
+///     gains.step(&mut state, y, u);
+/// }
+/// assert!((levels[0] - state.levels[0]).abs() < 1e-15);
+/// # Ok::<(), compfilt_core::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Run<T: Real, const N: usize, const B: usize> {
+    /// `A^B`.
+    matrix: SMatrix<T, N, N>,
+    /// For every level what a measurement of 1 adds to it by the end of the run.
+    measurement: [[T; B]; N],
+    /// The same of an input of 1.
+    input: [[T; B]; N],
+}
+
+impl<T: Real, const N: usize, const B: usize> Run<T, N, B> {
+    /// The weights of a filter with `gains`: the step itself, run on impulses.
+    pub fn of<D: Discretise<T, N>>(gains: &D::Gains) -> Self {
+        let transition = Transition::of::<D>(gains);
+        Self {
+            matrix: power(transition.state, B),
+            measurement: Self::weights(gains, T::one(), T::zero()),
+            input: Self::weights(gains, T::zero(), T::one()),
+        }
+    }
+
+    /// What an impulse in each sample leaves at the end.
+    fn weights<G: Recurrence<T, N>>(gains: &G, y: T, u: T) -> [[T; B]; N] {
+        let mut weights = [[T::zero(); B]; N];
+        let mut state = State::at_rest::<T>(T::zero());
+        for sample in (0..B).rev() {
+            if sample + 1 == B {
+                gains.step(&mut state, y, u);
+            } else {
+                gains.step(&mut state, T::zero(), T::zero());
+            }
+            for (weights, x) in weights.iter_mut().zip(&state.levels) {
+                weights[sample] = *x;
+            }
+        }
+        weights
+    }
+
+    /// For every level what a measurement of 1 adds to it by the end of the run, sample by sample.
+    pub fn from_measurement(&self) -> &[[T; B]; N] {
+        &self.measurement
+    }
+
+    /// The same of an input of 1.
+    pub fn from_input(&self) -> &[[T; B]; N] {
+        &self.input
+    }
+
+    /// What a run adds to the state.
+    pub fn offset(&self, measurement: &[T; B], input: &[T; B]) -> [T; N] {
+        core::array::from_fn(|level| {
+            let mut sum = T::zero();
+            for sample in 0..B {
+                sum += self.measurement[level][sample] * measurement[sample]
+                    + self.input[level][sample] * input[sample];
+            }
+            sum
+        })
+    }
+
+    /// Moves the state on over a run that adds `offset`.
+    #[inline]
+    pub fn follow(&self, levels: &mut [T; N], offset: &[T; N]) {
+        *levels = (self.matrix * SVector::from(*levels) + SVector::from(*offset)).into();
+    }
+
+    /// How `runs` runs in a row move the state: `A^(B runs)`.
+    pub fn repeated(&self, runs: usize) -> SMatrix<T, N, N> {
+        power(self.matrix, runs)
     }
 }

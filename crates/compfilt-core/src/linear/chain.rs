@@ -44,6 +44,7 @@ pub trait Recurrence<T: Number, const N: usize>: Copy {
     fn predict_ramp<E: Element<T>>(&self, state: &mut State<E, N>, from: E, to: E);
 
     /// Corrects a predicted state by the innovation `e = y - x⁻_0`: `x = x⁻ + L e`.
+    #[inline(always)]
     fn correct<E: Element<T>>(&self, state: &mut State<E, N>, innovation: E) {
         correct_with(self.correction(), state, innovation);
     }
@@ -220,14 +221,23 @@ impl<T: Number, const N: usize, const M: usize> Gains<T, N, M> {
     #[inline(always)]
     fn driven<E: Element<T>>(&self, i: usize, u: E) -> Option<E> {
         let distance = M.checked_sub(i + 1)?;
-        self.shifts.get(distance).map(|c| u * *c)
+        let c = self.shifts.get(distance)?;
+        Some(u * *c)
     }
 
     /// What the levels above add to level `i`.
     #[inline(always)]
     fn moved<E: Element<T>>(&self, i: usize, state: &State<E, N>) -> Option<E> {
-        let above = state.levels.get(i + 1..)?;
-        above.iter().zip(&self.shifts).map(|(x, c)| *x * *c).reduce(|sum, term| sum + term)
+        // A plain loop: what lanes do within a closure is not inlined into their instruction set.
+        let mut sum = None;
+        for (x, c) in state.levels.get(i + 1..)?.iter().zip(&self.shifts) {
+            let term = *x * *c;
+            sum = Some(match sum {
+                Some(sum) => sum + term,
+                None => term,
+            });
+        }
+        sum
     }
 }
 
@@ -249,10 +259,16 @@ impl<T: Number, const N: usize, const M: usize> Recurrence<T, N> for Gains<T, N,
     #[inline(always)]
     fn predict_and_compare<E: Element<T>>(&self, state: &mut State<E, N>, y: E, u: E) -> E {
         let moved = self.moved(0, state);
-        let ahead = self.driven(0, u).map_or(y, |driven| y - driven);
+        let ahead = match self.driven(0, u) {
+            Some(driven) => y - driven,
+            None => y,
+        };
         let rest = ahead - state.levels[0];
         self.predict(state, u);
-        moved.map_or(rest, |moved| rest - moved)
+        match moved {
+            Some(moved) => rest - moved,
+            None => rest,
+        }
     }
 
     #[inline(always)]

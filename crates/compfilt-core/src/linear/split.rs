@@ -199,7 +199,10 @@ impl<T: Number, const N: usize> Recurrence<T, N> for SplitGains<T, N> {
     #[inline(always)]
     fn predict<E: Element<T>>(&self, state: &mut State<E, N>, u: E) {
         let driven = u * self.dt;
-        let increment = self.decay(state).map_or(driven, |moved| driven + moved);
+        let increment = match self.decay(state) {
+            Some(moved) => driven + moved,
+            None => driven,
+        };
         state.levels[0] = state.levels[0] + increment;
     }
 
@@ -208,9 +211,13 @@ impl<T: Number, const N: usize> Recurrence<T, N> for SplitGains<T, N> {
         let driven = u * self.dt;
         let rest = (y - driven) - state.levels[0];
         let moved = self.decay(state);
-        let increment = moved.map_or(driven, |moved| driven + moved);
-        state.levels[0] = state.levels[0] + increment;
-        moved.map_or(rest, |moved| rest - moved)
+        // Matches instead of closures: what lanes do within a closure is not inlined into their instruction set.
+        let Some(moved) = moved else {
+            state.levels[0] = state.levels[0] + driven;
+            return rest;
+        };
+        state.levels[0] = state.levels[0] + (driven + moved);
+        rest - moved
     }
 
     #[inline(always)]

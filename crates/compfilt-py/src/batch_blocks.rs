@@ -1,0 +1,302 @@
+//! One long channel in another order of the sums: parts of it side by side.
+//!
+//! A block is eight runs of sixteen samples. First the runs' offsets say where each of them starts, then the filter's own
+//! step goes through all eight at once. Blocks make chunks, and only the state between chunks is handed on, so that several
+//! workers can share a channel. Every number depends on its place in the log alone: the bits are the same for any number of
+//! workers and on every processor.
+
+use crate::arrays::Scalar;
+use crate::batch::{Block, Channel, Filter, Steps, run};
+use crate::lanes::{Columns, Row, TILE, Tile, columns_of_zeros, offsets, to_columns, to_rows};
+use crate::relay::Relay;
+use crate::shares::{split_columns, split_rows};
+use crate::simd::{Level, WIDTH};
+use compfilt_core::Discretise;
+use compfilt_core::linear::Run;
+use compfilt_core::nalgebra::{ComplexField, SMatrix, SVector};
+use numpy::ndarray::{ArrayView2, ArrayViewMut1, Axis, Slice};
+use std::borrow::Cow;
+use std::num::NonZeroUsize;
+use std::sync::{Mutex, PoisonError};
+
+/// Samples of a block.
+const BLOCK: usize = WIDTH * TILE;
+
+/// Blocks of a chunk: long enough that handing the state on costs nothing, short enough to stay in the cache.
+const BLOCKS: usize = 64;
+
+/// Samples of a chunk.
+const CHUNK: usize = BLOCKS * BLOCK;
+
+/// Whether another order of the sums is worth it: few channels, and enough samples to make up for the weights. Channels
+/// side by side are as fast and exact.
+pub(crate) fn pays<T>(block: &Block<'_, T>) -> bool {
+    let (rows, channels) = block.measurement.dim();
+    matches!(block.steps, Steps::Uniform) && channels < 4 && rows >= 8 * BLOCK
+}
+
+/// Filters each channel for itself.
+pub(crate) fn run_blocks<T, D, const N: usize>(
+    filter: &Filter<T, D>,
+    gains: &D::Gains,
+    channels: &mut [Channel<T, N>],
+    block: Block<'_, T>,
+    workers: NonZeroUsize,
+) where
+    T: Scalar,
+    D: Discretise<T, N> + Send + Sync,
+    D::Gains: Send + Sync,
+{
+    let run = Run::of::<D>(gains);
+    let over_chunk = run.repeated(CHUNK / TILE);
+    let affine = Affine { level: Level::new(), filter, gains, run, over_chunk };
+    for (channel, block) in channels.iter_mut().zip(split_columns(block, 1)) {
+        affine.channel(channel, block, workers);
+    }
+}
+
+/// A filter with what makes it an affine map.
+struct Affine<'a, T: Scalar, D: Discretise<T, N>, const N: usize> {
+    level: Level,
+    filter: &'a Filter<T, D>,
+    gains: &'a D::Gains,
+    run: Run<T, N, TILE>,
+    /// From the state before a whole chunk to the one after it.
+    over_chunk: SMatrix<T, N, N>,
+}
+
+impl<T, D, const N: usize> Affine<'_, T, D, N>
+where
+    T: Scalar,
+    D: Discretise<T, N> + Send + Sync,
+    D::Gains: Send + Sync,
+{
+    /// One channel: a few samples until it has started, the chunks, the samples that fill no block.
+    fn channel(&self, channel: &mut Channel<T, N>, block: Block<'_, T>, workers: NonZeroUsize) {
+        let lead = if channel.is_plain(self.filter) { 0 } else { TILE };
+        let (lead, rest) = split_rows(block, lead);
+        self.exactly(channel, lead);
+        let rows = rest.measurement.nrows();
+        let (rest, tail) = split_rows(rest, rows - rows % BLOCK);
+        let mut rest = Some(rest);
+        if workers.get() > 1 && rows > CHUNK {
+            self.share(channel, rest, workers.get());
+        } else {
+            let mut tile = Tile::new();
+            while let Some(chunk) = take_chunk(&mut rest) {
+                self.alone(channel, chunk, &mut tile);
+            }
+        }
+        self.exactly(channel, tail);
+    }
+
+    /// Several workers take the chunks as they come.
+    fn share(&self, channel: &mut Channel<T, N>, block: Option<Block<'_, T>>, workers: usize) {
+        let queue = Mutex::new((0, block));
+        let relay = Relay::new(channel.clone());
+        std::thread::scope(|scope| {
+            for _ in 0..workers {
+                scope.spawn(|| {
+                    let _guard = relay.guard();
+                    let mut tile = Tile::new();
+                    let mut offsets = Vec::with_capacity(BLOCKS);
+                    while let Some((number, chunk)) = next_chunk(&queue)
+                        && self.in_turn(number, chunk, &relay, &mut offsets, &mut tile)
+                    {
+                    }
+                });
+            }
+        });
+        *channel = relay.last();
+    }
+
+    /// A chunk whose start is known: block by block, while it is in the nearest cache.
+    fn alone(&self, channel: &mut Channel<T, N>, mut chunk: Block<'_, T>, tile: &mut Tile<T, N>) {
+        if !channel.is_plain(self.filter) {
+            return self.exactly(channel, chunk);
+        }
+        let signals = Signals::of(&chunk);
+        let mut outputs = outputs(&mut chunk);
+        let (mut levels, mut added) = (channel.state.levels.levels, [T::zero(); N]);
+        let mut is_finite = true;
+        for (number, pair) in signals.blocks().enumerate() {
+            let offsets = self.add(pair, &mut added);
+            is_finite &= self.steps(&mut levels, &offsets, pair, number, &mut outputs, tile);
+            if !are_finite(&added) {
+                break;
+            }
+        }
+        match self.after(channel, &added, &chunk) {
+            None => self.exactly(channel, chunk),
+            Some(next) => {
+                let mut begin = std::mem::replace(channel, next);
+                if !is_finite {
+                    self.exactly(&mut begin, chunk);
+                }
+            }
+        }
+    }
+
+    /// A chunk whose start another worker finds meanwhile. False if that worker has panicked.
+    fn in_turn(
+        &self,
+        number: usize,
+        mut chunk: Block<'_, T>,
+        relay: &Relay<Channel<T, N>>,
+        offsets: &mut Vec<[Row<T>; N]>,
+        tile: &mut Tile<T, N>,
+    ) -> bool {
+        let signals = Signals::of(&chunk);
+        let mut added = [T::zero(); N];
+        offsets.clear();
+        offsets.extend(signals.blocks().map(|pair| self.add(pair, &mut added)));
+        let Some(mut begin) = relay.take(number) else { return false };
+        let is_plain = begin.is_plain(self.filter);
+        let Some(next) = is_plain.then(|| self.after(&begin, &added, &chunk)).flatten() else {
+            self.exactly(&mut begin, chunk);
+            relay.give(number + 1, begin);
+            return true;
+        };
+        relay.give(number + 1, next);
+        let mut outputs = outputs(&mut chunk);
+        let mut levels = begin.state.levels.levels;
+        let mut is_finite = true;
+        for (number, (pair, offsets)) in signals.blocks().zip(offsets).enumerate() {
+            is_finite &= self.steps(&mut levels, offsets, pair, number, &mut outputs, tile);
+        }
+        if !is_finite {
+            self.exactly(&mut begin, chunk);
+        }
+        true
+    }
+
+    /// What a block's runs add; `added` becomes the state after them from a start of the chunk at zero.
+    fn add(&self, (y, u): Pair<'_, T>, added: &mut [T; N]) -> [Row<T>; N] {
+        let mut rows = [Row([T::zero(); WIDTH]); N];
+        offsets(self.level, &self.run, y, u, &mut rows);
+        for lane in 0..WIDTH {
+            self.run.follow(added, &rows.map(|row| row.0[lane]));
+        }
+        rows
+    }
+
+    /// The filter's own steps from the true start of every run of a block. False if a level overflows.
+    fn steps(
+        &self,
+        levels: &mut [T; N],
+        offsets: &[Row<T>; N],
+        (y, u): Pair<'_, T>,
+        number: usize,
+        outputs: &mut Outputs<'_, T, N>,
+        tile: &mut Tile<T, N>,
+    ) -> bool {
+        let mut lanes = [Row([T::zero(); WIDTH]); N];
+        for lane in 0..WIDTH {
+            for (row, x) in lanes.iter_mut().zip(levels.iter()) {
+                row.0[lane] = *x;
+            }
+            self.run.follow(levels, &offsets.map(|row| row.0[lane]));
+        }
+        to_rows(self.level, y, &mut tile.measurement);
+        to_rows(self.level, u, &mut tile.derivative);
+        let all = N > 1 && outputs[N - 1].is_some();
+        tile.filter(self.level, std::slice::from_ref(self.gains), &mut lanes, TILE, all);
+        for (output, rows) in outputs.iter_mut().zip(&tile.levels) {
+            let Some(output) = output else { continue };
+            let mut columns = columns_of_zeros();
+            to_columns(self.level, rows, &mut columns);
+            write(output, number, columns.as_flattened());
+        }
+        lanes.iter().all(|row| are_finite(&row.0))
+    }
+
+    /// The channel after a chunk that adds `added`; none if a sample is missing.
+    fn after(
+        &self,
+        channel: &Channel<T, N>,
+        added: &[T; N],
+        chunk: &Block<'_, T>,
+    ) -> Option<Channel<T, N>> {
+        let rows = chunk.measurement.nrows();
+        let runs = rows / TILE;
+        let over = if rows == CHUNK { self.over_chunk } else { self.run.repeated(runs) };
+        let end = over * SVector::from(channel.state.levels.levels) + SVector::from(*added);
+        let mut next = channel.clone();
+        next.take_plain(end.into(), chunk.derivative[(rows - 1, 0)]).then_some(next)
+    }
+
+    fn exactly(&self, channel: &mut Channel<T, N>, block: Block<'_, T>) {
+        run(self.filter, *self.gains, std::slice::from_mut(channel), block);
+    }
+}
+
+/// The next chunk of a log that is cut at whole blocks.
+fn take_chunk<'a, T: Scalar>(rest: &mut Option<Block<'a, T>>) -> Option<Block<'a, T>> {
+    let block = rest.take()?;
+    let rows = block.measurement.nrows();
+    if rows == 0 {
+        return None;
+    }
+    let (chunk, later) = split_rows(block, rows.min(CHUNK));
+    *rest = Some(later);
+    Some(chunk)
+}
+
+/// The next chunk and its number.
+fn next_chunk<'a, T: Scalar>(
+    queue: &Mutex<(usize, Option<Block<'a, T>>)>,
+) -> Option<(usize, Block<'a, T>)> {
+    let mut queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
+    let chunk = take_chunk(&mut queue.1)?;
+    queue.0 += 1;
+    Some((queue.0 - 1, chunk))
+}
+
+/// Both signals of a block.
+type Pair<'a, T> = (&'a Columns<T>, &'a Columns<T>);
+
+/// Both signals of a chunk, each in one piece: a copy where it is not.
+struct Signals<'a, T: Clone>(Cow<'a, [T]>, Cow<'a, [T]>);
+
+impl<'a, T: Scalar> Signals<'a, T> {
+    fn of(chunk: &Block<'a, T>) -> Self {
+        let piece = |view: ArrayView2<'a, T>| -> Cow<'a, [T]> {
+            let view = view.index_axis_move(Axis(1), 0);
+            view.to_slice().map_or_else(|| Cow::Owned(view.to_vec()), Cow::Borrowed)
+        };
+        Self(piece(chunk.measurement), piece(chunk.derivative))
+    }
+
+    fn blocks(&self) -> impl Iterator<Item = Pair<'_, T>> {
+        blocks_of(&self.0).iter().zip(blocks_of(&self.1))
+    }
+}
+
+/// Eight runs after the other are the columns of a tile as they lie.
+fn blocks_of<T>(signal: &[T]) -> &[Columns<T>] {
+    signal.as_chunks().0.as_chunks().0
+}
+
+/// Where the levels go, as far as they are wanted.
+type Outputs<'a, T, const N: usize> = [Option<ArrayViewMut1<'a, T>>; N];
+
+fn outputs<'a, T: Scalar, const N: usize>(chunk: &'a mut Block<'_, T>) -> Outputs<'a, T, N> {
+    let mut levels = chunk.levels.outer_iter_mut();
+    std::array::from_fn(|_| levels.next().map(|level| level.index_axis_move(Axis(1), 0)))
+}
+
+/// A block of an output at any stride.
+fn write<T: Scalar>(output: &mut ArrayViewMut1<'_, T>, number: usize, values: &[T]) {
+    let rows = number * BLOCK..(number + 1) * BLOCK;
+    if let Some(output) = output.as_slice_mut() {
+        output[rows].copy_from_slice(values);
+    } else {
+        for (to, from) in output.slice_axis_mut(Axis(0), Slice::from(rows)).iter_mut().zip(values) {
+            *to = *from;
+        }
+    }
+}
+
+fn are_finite<T: Scalar>(numbers: &[T]) -> bool {
+    numbers.iter().all(ComplexField::is_finite)
+}

@@ -1,0 +1,204 @@
+//! Eight sequences of samples side by side in tiles of sixteen rows: turning them, and the filter's own step on them.
+
+use crate::arrays::Scalar;
+use crate::simd::{Level, Simd, WIDTH, Wide, dispatch};
+use compfilt_core::linear::Run;
+use compfilt_core::{Recurrence, State};
+
+/// Rows of a tile. More would let memory wait while the tile is filtered.
+pub(crate) const TILE: usize = 16;
+
+/// One sample of each sequence, aligned for the widest registers.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+pub(crate) struct Row<T>(pub(crate) [T; WIDTH]);
+
+/// The samples of a tile, row by row.
+pub(crate) type Rows<T> = [Row<T>; TILE];
+
+/// The samples of a tile, sequence by sequence.
+pub(crate) type Columns<T> = [[T; TILE]; WIDTH];
+
+/// A tile of zeros.
+pub(crate) fn zeros<T: Scalar>() -> Rows<T> {
+    [Row([T::zero(); WIDTH]); TILE]
+}
+
+/// Both signals of a tile and the levels that come of them.
+pub(crate) struct Tile<T, const N: usize> {
+    pub(crate) measurement: Rows<T>,
+    pub(crate) derivative: Rows<T>,
+    pub(crate) levels: [Rows<T>; N],
+}
+
+impl<T: Scalar, const N: usize> Tile<T, N> {
+    pub(crate) fn new() -> Self {
+        Self { measurement: zeros(), derivative: zeros(), levels: [zeros(); N] }
+    }
+
+    /// Steps through the first `rows` of the tile from the states in `lanes`, with one set of gains for all rows or one for
+    /// each. Level 0 is kept of every row, the others if `all` are wanted.
+    pub(crate) fn filter<G: Recurrence<T, N>>(
+        &mut self,
+        level: Level,
+        gains: &[G],
+        lanes: &mut [Row<T>; N],
+        rows: usize,
+        all: bool,
+    ) {
+        dispatch!(level, simd => steps(simd, self, gains, lanes, rows, all));
+    }
+}
+
+#[inline(always)]
+fn steps<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
+    _: S,
+    tile: &mut Tile<T, N>,
+    gains: &[G],
+    lanes: &mut [Row<T>; N],
+    rows: usize,
+    all: bool,
+) {
+    let mut state = State { levels: [T::Wide::<S>::from_array([T::zero(); WIDTH]); N] };
+    for (x, lane) in state.levels.iter_mut().zip(lanes.iter()) {
+        *x = T::Wide::<S>::from_array(lane.0);
+    }
+    // Gains that never change are read at every row: the processor waits for the step before, not for them.
+    let stride = usize::from(gains.len() > 1);
+    for row in 0..rows.min(TILE) {
+        let y = T::Wide::<S>::from_array(tile.measurement[row].0);
+        let u = T::Wide::<S>::from_array(tile.derivative[row].0);
+        gains[row * stride].step(&mut state, y, u);
+        tile.levels[0][row] = Row(state.levels[0].to_array());
+        if all {
+            for level in 1..N {
+                tile.levels[level][row] = Row(state.levels[level].to_array());
+            }
+        }
+    }
+    for (x, lane) in state.levels.iter().zip(lanes) {
+        *lane = Row(x.to_array());
+    }
+}
+
+/// Lays sequences side by side.
+pub(crate) fn to_rows<T: Scalar>(level: Level, columns: &Columns<T>, rows: &mut Rows<T>) {
+    dispatch!(level, simd => turn_in(simd, columns, rows));
+}
+
+/// What each of eight runs adds to the state: for every level the scalar products of weights and samples.
+pub(crate) fn offsets<T: Scalar, const N: usize>(
+    level: Level,
+    run: &Run<T, N, TILE>,
+    measurement: &Columns<T>,
+    derivative: &Columns<T>,
+    offsets: &mut [Row<T>; N],
+) {
+    dispatch!(level, simd => products(simd, run, measurement, derivative, offsets));
+}
+
+#[inline(always)]
+fn products<S: Simd, T: Scalar, const N: usize>(
+    _: S,
+    run: &Run<T, N, TILE>,
+    measurement: &Columns<T>,
+    derivative: &Columns<T>,
+    offsets: &mut [Row<T>; N],
+) {
+    let zero = T::Wide::<S>::from_array([T::zero(); WIDTH]);
+    let mut parts = [[zero; WIDTH]; N];
+    for lane in 0..WIDTH {
+        for start in [0, WIDTH] {
+            let y = eight::<S, T>(&measurement[lane], start);
+            let u = eight::<S, T>(&derivative[lane], start);
+            for level in 0..N {
+                let from_y = eight::<S, T>(&run.from_measurement()[level], start) * y;
+                let from_u = eight::<S, T>(&run.from_input()[level], start) * u;
+                parts[level][lane] = parts[level][lane] + (from_y + from_u);
+            }
+        }
+    }
+    for level in 0..N {
+        offsets[level] = Row(sums::<S, T>(parts[level]).to_array());
+    }
+}
+
+/// Takes them apart again.
+pub(crate) fn to_columns<T: Scalar>(level: Level, rows: &Rows<T>, columns: &mut Columns<T>) {
+    dispatch!(level, simd => turn_out(simd, rows, columns));
+}
+
+#[inline(always)]
+fn turn_in<S: Simd, T: Scalar>(_: S, columns: &Columns<T>, rows: &mut Rows<T>) {
+    for start in [0, WIDTH] {
+        let mut square = [T::Wide::<S>::from_array([T::zero(); WIDTH]); WIDTH];
+        for (wide, column) in square.iter_mut().zip(columns) {
+            *wide = eight::<S, T>(column, start);
+        }
+        let square = transposed::<S, T>(square);
+        for (wide, row) in square.iter().zip(&mut rows[start..start + WIDTH]) {
+            row.0 = wide.to_array();
+        }
+    }
+}
+
+#[inline(always)]
+fn turn_out<S: Simd, T: Scalar>(_: S, rows: &Rows<T>, columns: &mut Columns<T>) {
+    for start in [0, WIDTH] {
+        let mut square = [T::Wide::<S>::from_array([T::zero(); WIDTH]); WIDTH];
+        for (wide, row) in square.iter_mut().zip(&rows[start..start + WIDTH]) {
+            *wide = T::Wide::<S>::from_array(row.0);
+        }
+        let square = transposed::<S, T>(square);
+        for (wide, column) in square.iter().zip(columns.iter_mut()) {
+            column[start..start + WIDTH].copy_from_slice(&wide.to_array());
+        }
+    }
+}
+
+/// Eight numbers of a run from `start` on.
+#[inline(always)]
+pub(crate) fn eight<S: Simd, T: Scalar>(run: &[T; TILE], start: usize) -> T::Wide<S> {
+    let mut values = [T::zero(); WIDTH];
+    values.copy_from_slice(&run[start..start + WIDTH]);
+    T::Wide::<S>::from_array(values)
+}
+
+/// Eight rows of eight, turned: three times the perfect shuffle of rows that are four apart.
+#[inline(always)]
+fn transposed<S: Simd, T: Scalar>(square: [T::Wide<S>; WIDTH]) -> [T::Wide<S>; WIDTH] {
+    shuffled::<S, T>(shuffled::<S, T>(shuffled::<S, T>(square)))
+}
+
+#[inline(always)]
+fn shuffled<S: Simd, T: Scalar>(x: [T::Wide<S>; WIDTH]) -> [T::Wide<S>; WIDTH] {
+    [
+        x[0].zip_low(x[4]),
+        x[0].zip_high(x[4]),
+        x[1].zip_low(x[5]),
+        x[1].zip_high(x[5]),
+        x[2].zip_low(x[6]),
+        x[2].zip_high(x[6]),
+        x[3].zip_low(x[7]),
+        x[3].zip_high(x[7]),
+    ]
+}
+
+/// The eight sums of eight vectors, in an order that does not depend on the processor.
+#[inline(always)]
+pub(crate) fn sums<S: Simd, T: Scalar>(x: [T::Wide<S>; WIDTH]) -> T::Wide<S> {
+    let even = folded::<S, T>(folded::<S, T>(x[0], x[4]), folded::<S, T>(x[2], x[6]));
+    let odd = folded::<S, T>(folded::<S, T>(x[1], x[5]), folded::<S, T>(x[3], x[7]));
+    folded::<S, T>(even, odd)
+}
+
+/// The first half of both plus the second half, the two by turns.
+#[inline(always)]
+fn folded<S: Simd, T: Scalar>(a: T::Wide<S>, b: T::Wide<S>) -> T::Wide<S> {
+    a.zip_low(b) + a.zip_high(b)
+}
+
+/// Columns of zeros.
+pub(crate) fn columns_of_zeros<T: Scalar>() -> Columns<T> {
+    [[T::zero(); TILE]; WIDTH]
+}
