@@ -77,14 +77,14 @@ pub trait Number:
         (self - self).at_most(Self::literal(0.0))
     }
 
-    /// The smaller of two numbers.
+    /// The smaller of two numbers; `bound` where one of them is NaN.
     #[inline(always)]
     #[must_use]
     fn or_less(self, bound: Self) -> Self {
         Self::choose(self.less(bound), self, bound)
     }
 
-    /// The larger of two numbers.
+    /// The larger of two numbers; `bound` where one of them is NaN.
     #[inline(always)]
     #[must_use]
     fn or_more(self, bound: Self) -> Self {

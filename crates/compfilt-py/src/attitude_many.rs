@@ -77,6 +77,10 @@ pub(crate) fn estimate_many<'py>(
                 of_precision.signals.push((index, signals, initial.clone()));
             }
         }
+        // What float32 cannot represent does not matter where nothing is float32.
+        if of_precision.signals.is_empty() && precision == Precision::Single {
+            continue;
+        }
         match session(precision)? {
             AnySession::Single(session) => of_precision.run(session)?,
             AnySession::Double(session) => of_precision.run(session)?,

@@ -5,6 +5,7 @@ use crate::batch::{Block, Channel, Filter, ROWS, Rows, Steps, follow, run, run_c
 use crate::lanes::{Columns, Row, TILE, Tile, columns_of_zeros, to_columns, to_rows};
 use crate::simd::{Level, WIDTH};
 use compfilt_core::Discretise;
+use compfilt_core::nalgebra::ComplexField;
 use numpy::ndarray::{ArrayView2, ArrayViewMut2, ArrayViewMut3, Axis, Slice};
 
 /// Runs some channels of a block, eight side by side; bit for bit what [`run`] does one at a time.
@@ -56,7 +57,7 @@ fn gains_of_rows<T: Scalar, D: Discretise<T, N>, const N: usize>(
         return true;
     };
     let steps = &steps[rows];
-    if !steps.iter().all(|dt| dt.is_finite()) {
+    if !steps.iter().all(ComplexField::is_finite) {
         return false;
     }
     for dt in steps {

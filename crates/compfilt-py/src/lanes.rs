@@ -111,10 +111,10 @@ fn products<S: Simd, T: Scalar, const N: usize>(
         for start in [0, WIDTH] {
             let y = eight::<S, T>(&measurement[lane], start);
             let u = eight::<S, T>(&derivative[lane], start);
-            for level in 0..N {
+            for (level, parts) in parts.iter_mut().enumerate() {
                 let from_y = eight::<S, T>(&run.from_measurement()[level], start) * y;
                 let from_u = eight::<S, T>(&run.from_input()[level], start) * u;
-                parts[level][lane] = parts[level][lane] + (from_y + from_u);
+                parts[lane] += from_y + from_u;
             }
         }
     }
