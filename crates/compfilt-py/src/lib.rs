@@ -48,6 +48,7 @@ mod precision;
 mod rate;
 mod second_order_inertial;
 mod relay;
+mod runs;
 mod session;
 mod shares;
 mod simd;
