@@ -12,7 +12,7 @@ use crate::relay::Relay;
 use crate::runs::{self, BlockRuns, Pair, ends, replay};
 use crate::shares::{split_columns, split_rows};
 use crate::simd::{Level, WIDTH};
-use compfilt_core::Discretise;
+use compfilt_core::{Discretise, Recurrence};
 use compfilt_core::linear::{AffineMap, Runs};
 use numpy::ndarray::{ArrayView2, ArrayViewMut1, Axis, Slice};
 use std::borrow::Cow;
@@ -48,34 +48,43 @@ pub(crate) fn run_blocks<T, D, const N: usize>(
     D::Gains: Send + Sync,
 {
     let runs = Runs::of::<D>(gains);
-    let over_chunk = runs.repeated(BLOCKS);
-    let affine = Affine { level: Level::new(), filter, gains, runs, over_chunk };
+    let affine = Affine {
+        level: Level::new(),
+        gains,
+        over_chunk: runs.repeated(BLOCKS),
+        runs,
+        is_plain: &|channel| channel.is_plain(filter),
+        exactly: &|channel, block| {
+            run(filter, *gains, std::slice::from_mut(channel), block);
+        },
+    };
     for (channel, block) in channels.iter_mut().zip(split_columns(block, 1)) {
         affine.channel(channel, block, workers);
     }
 }
 
-/// A filter with what makes it an affine map.
-struct Affine<'a, T: Scalar, D: Discretise<T, N>, const N: usize> {
+/// A filter with what makes it an affine map. It depends on the gains, not on the rule that they came from: half the code.
+struct Affine<'a, T: Scalar, G, const N: usize> {
     level: Level,
-    filter: &'a Filter<T, D>,
-    gains: &'a D::Gains,
+    gains: &'a G,
     runs: BlockRuns<T, N>,
     /// Over a whole chunk, from a start at zero to zero.
     over_chunk: AffineMap<T, N>,
+    is_plain: &'a (dyn Fn(&Channel<T, N>) -> bool + Sync),
+    /// Any case, in the order of a stream.
+    exactly: &'a (dyn Fn(&mut Channel<T, N>, Block<'_, T>) + Sync),
 }
 
-impl<T, D, const N: usize> Affine<'_, T, D, N>
+impl<T, G, const N: usize> Affine<'_, T, G, N>
 where
     T: Scalar,
-    D: Discretise<T, N> + Send + Sync,
-    D::Gains: Send + Sync,
+    G: Recurrence<T, N> + Send + Sync,
 {
     /// One channel: a few samples until it has started, the chunks, the samples that fill no block.
     fn channel(&self, channel: &mut Channel<T, N>, block: Block<'_, T>, workers: NonZeroUsize) {
-        let lead = if channel.is_plain(self.filter) { 0 } else { TILE };
+        let lead = if (self.is_plain)(channel) { 0 } else { TILE };
         let (lead, rest) = split_rows(block, lead);
-        self.exactly(channel, lead);
+        (self.exactly)(channel, lead);
         let rows = rest.measurement.nrows();
         let (rest, tail) = split_rows(rest, rows - rows % BLOCK);
         let mut rest = Some(rest);
@@ -87,7 +96,7 @@ where
                 self.alone(channel, chunk, &mut tile);
             }
         }
-        self.exactly(channel, tail);
+        (self.exactly)(channel, tail);
     }
 
     /// Several workers take the chunks as they come.
@@ -111,8 +120,8 @@ where
 
     /// A chunk whose start is known: block by block, while it is in the nearest cache.
     fn alone(&self, channel: &mut Channel<T, N>, mut chunk: Block<'_, T>, tile: &mut Tile<T, N>) {
-        if !channel.is_plain(self.filter) {
-            return self.exactly(channel, chunk);
+        if !(self.is_plain)(channel) {
+            return (self.exactly)(channel, chunk);
         }
         let signals = Signals::of(&chunk);
         let mut outputs = outputs(&mut chunk);
@@ -127,11 +136,11 @@ where
             }
         }
         match self.after(channel, &added, &chunk) {
-            None => self.exactly(channel, chunk),
+            None => (self.exactly)(channel, chunk),
             Some(next) => {
                 let mut begin = std::mem::replace(channel, next);
                 if !is_finite {
-                    self.exactly(&mut begin, chunk);
+                    (self.exactly)(&mut begin, chunk);
                 }
             }
         }
@@ -154,9 +163,9 @@ where
             self.runs.over_all(&mut added, &last(&ends[ends.len() - 1]));
         }
         let Some(mut begin) = relay.take(number) else { return false };
-        let is_plain = begin.is_plain(self.filter);
+        let is_plain = (self.is_plain)(&begin);
         let Some(next) = is_plain.then(|| self.after(&begin, &added, &chunk)).flatten() else {
-            self.exactly(&mut begin, chunk);
+            (self.exactly)(&mut begin, chunk);
             relay.give(number + 1, begin);
             return true;
         };
@@ -168,7 +177,7 @@ where
             is_finite &= self.steps((&mut levels, ends), pair, number, &mut outputs, tile);
         }
         if !is_finite {
-            self.exactly(&mut begin, chunk);
+            (self.exactly)(&mut begin, chunk);
         }
         true
     }
@@ -217,10 +226,6 @@ where
         let end = AffineMap { offset: (*added).into(), ..over }.apply(&channel.state.levels);
         let mut next = channel.clone();
         next.take_plain(end.levels, chunk.derivative[(rows - 1, 0)]).then_some(next)
-    }
-
-    fn exactly(&self, channel: &mut Channel<T, N>, block: Block<'_, T>) {
-        run(self.filter, *self.gains, std::slice::from_mut(channel), block);
     }
 }
 
