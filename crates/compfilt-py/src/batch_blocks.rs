@@ -7,13 +7,13 @@
 
 use crate::arrays::Scalar;
 use crate::batch::{Block, Channel, Filter, Steps, run};
-use crate::lanes::{Columns, Row, TILE, Tile, columns_of_zeros, offsets, to_columns, to_rows};
+use crate::lanes::{Columns, Row, TILE, Tile, are_finite, columns_of_zeros, to_columns};
 use crate::relay::Relay;
+use crate::runs::{self, BlockRuns, Pair, ends, replay};
 use crate::shares::{split_columns, split_rows};
 use crate::simd::{Level, WIDTH};
-use compfilt_core::Discretise;
-use compfilt_core::linear::Run;
-use compfilt_core::nalgebra::{ComplexField, SMatrix, SVector};
+use compfilt_core::linear::{AffineMap, Runs};
+use compfilt_core::{Discretise, Recurrence};
 use numpy::ndarray::{ArrayView2, ArrayViewMut1, Axis, Slice};
 use std::borrow::Cow;
 use std::num::NonZeroUsize;
@@ -47,35 +47,44 @@ pub(crate) fn run_blocks<T, D, const N: usize>(
     D: Discretise<T, N> + Send + Sync,
     D::Gains: Send + Sync,
 {
-    let run = Run::of::<D>(gains);
-    let over_chunk = run.repeated(CHUNK / TILE);
-    let affine = Affine { level: Level::new(), filter, gains, run, over_chunk };
+    let runs = Runs::of::<D>(gains);
+    let affine = Affine {
+        level: Level::new(),
+        gains,
+        over_chunk: runs.repeated(BLOCKS),
+        runs,
+        is_plain: &|channel| channel.is_plain(filter),
+        exactly: &|channel, block| {
+            run(filter, *gains, std::slice::from_mut(channel), block);
+        },
+    };
     for (channel, block) in channels.iter_mut().zip(split_columns(block, 1)) {
         affine.channel(channel, block, workers);
     }
 }
 
-/// A filter with what makes it an affine map.
-struct Affine<'a, T: Scalar, D: Discretise<T, N>, const N: usize> {
+/// A filter with what makes it an affine map. It depends on the gains, not on the rule that they came from: half the code.
+struct Affine<'a, T: Scalar, G, const N: usize> {
     level: Level,
-    filter: &'a Filter<T, D>,
-    gains: &'a D::Gains,
-    run: Run<T, N, TILE>,
-    /// From the state before a whole chunk to the one after it.
-    over_chunk: SMatrix<T, N, N>,
+    gains: &'a G,
+    runs: BlockRuns<T, N>,
+    /// Over a whole chunk, from a start at zero to zero.
+    over_chunk: AffineMap<T, N>,
+    is_plain: &'a (dyn Fn(&Channel<T, N>) -> bool + Sync),
+    /// Any case, in the order of a stream.
+    exactly: &'a (dyn Fn(&mut Channel<T, N>, Block<'_, T>) + Sync),
 }
 
-impl<T, D, const N: usize> Affine<'_, T, D, N>
+impl<T, G, const N: usize> Affine<'_, T, G, N>
 where
     T: Scalar,
-    D: Discretise<T, N> + Send + Sync,
-    D::Gains: Send + Sync,
+    G: Recurrence<T, N> + Send + Sync,
 {
     /// One channel: a few samples until it has started, the chunks, the samples that fill no block.
     fn channel(&self, channel: &mut Channel<T, N>, block: Block<'_, T>, workers: NonZeroUsize) {
-        let lead = if channel.is_plain(self.filter) { 0 } else { TILE };
+        let lead = if (self.is_plain)(channel) { 0 } else { TILE };
         let (lead, rest) = split_rows(block, lead);
-        self.exactly(channel, lead);
+        (self.exactly)(channel, lead);
         let rows = rest.measurement.nrows();
         let (rest, tail) = split_rows(rest, rows - rows % BLOCK);
         let mut rest = Some(rest);
@@ -87,7 +96,7 @@ where
                 self.alone(channel, chunk, &mut tile);
             }
         }
-        self.exactly(channel, tail);
+        (self.exactly)(channel, tail);
     }
 
     /// Several workers take the chunks as they come.
@@ -99,9 +108,9 @@ where
                 scope.spawn(|| {
                     let _guard = relay.guard();
                     let mut tile = Tile::new();
-                    let mut offsets = Vec::with_capacity(BLOCKS);
+                    let mut ends = Vec::with_capacity(BLOCKS);
                     while let Some((number, chunk)) = next_chunk(&queue)
-                        && self.in_turn(number, chunk, &relay, &mut offsets, &mut tile)
+                        && self.in_turn(number, chunk, &relay, &mut ends, &mut tile)
                     {
                     }
                 });
@@ -112,26 +121,27 @@ where
 
     /// A chunk whose start is known: block by block, while it is in the nearest cache.
     fn alone(&self, channel: &mut Channel<T, N>, mut chunk: Block<'_, T>, tile: &mut Tile<T, N>) {
-        if !channel.is_plain(self.filter) {
-            return self.exactly(channel, chunk);
+        if !(self.is_plain)(channel) {
+            return (self.exactly)(channel, chunk);
         }
         let signals = Signals::of(&chunk);
         let mut outputs = outputs(&mut chunk);
         let (mut levels, mut added) = (channel.state.levels.levels, [T::zero(); N]);
         let mut is_finite = true;
         for (number, pair) in signals.blocks().enumerate() {
-            let offsets = self.add(pair, &mut added);
-            is_finite &= self.steps(&mut levels, &offsets, pair, number, &mut outputs, tile);
+            let ends = ends(self.level, &self.runs, pair);
+            is_finite &= self.steps((&mut levels, &ends), pair, number, &mut outputs, tile);
+            self.runs.over_all(&mut added, &last(&ends));
             if !are_finite(&added) {
                 break;
             }
         }
         match self.after(channel, &added, &chunk) {
-            None => self.exactly(channel, chunk),
+            None => (self.exactly)(channel, chunk),
             Some(next) => {
                 let mut begin = std::mem::replace(channel, next);
                 if !is_finite {
-                    self.exactly(&mut begin, chunk);
+                    (self.exactly)(&mut begin, chunk);
                 }
             }
         }
@@ -143,17 +153,20 @@ where
         number: usize,
         mut chunk: Block<'_, T>,
         relay: &Relay<Channel<T, N>>,
-        offsets: &mut Vec<[Row<T>; N]>,
+        ends: &mut Vec<[Row<T>; N]>,
         tile: &mut Tile<T, N>,
     ) -> bool {
         let signals = Signals::of(&chunk);
         let mut added = [T::zero(); N];
-        offsets.clear();
-        offsets.extend(signals.blocks().map(|pair| self.add(pair, &mut added)));
+        ends.clear();
+        for pair in signals.blocks() {
+            ends.push(runs::ends(self.level, &self.runs, pair));
+            self.runs.over_all(&mut added, &last(&ends[ends.len() - 1]));
+        }
         let Some(mut begin) = relay.take(number) else { return false };
-        let is_plain = begin.is_plain(self.filter);
+        let is_plain = (self.is_plain)(&begin);
         let Some(next) = is_plain.then(|| self.after(&begin, &added, &chunk)).flatten() else {
-            self.exactly(&mut begin, chunk);
+            (self.exactly)(&mut begin, chunk);
             relay.give(number + 1, begin);
             return true;
         };
@@ -161,53 +174,46 @@ where
         let mut outputs = outputs(&mut chunk);
         let mut levels = begin.state.levels.levels;
         let mut is_finite = true;
-        for (number, (pair, offsets)) in signals.blocks().zip(offsets).enumerate() {
-            is_finite &= self.steps(&mut levels, offsets, pair, number, &mut outputs, tile);
+        for (number, (pair, ends)) in signals.blocks().zip(ends).enumerate() {
+            is_finite &= self.steps((&mut levels, ends), pair, number, &mut outputs, tile);
         }
         if !is_finite {
-            self.exactly(&mut begin, chunk);
+            (self.exactly)(&mut begin, chunk);
         }
         true
     }
 
-    /// What a block's runs add; `added` becomes the state after them from a start of the chunk at zero.
-    fn add(&self, (y, u): Pair<'_, T>, added: &mut [T; N]) -> [Row<T>; N] {
-        let mut rows = [Row([T::zero(); WIDTH]); N];
-        offsets(self.level, &self.run, y, u, &mut rows);
-        for lane in 0..WIDTH {
-            self.run.follow(added, &rows.map(|row| row.0[lane]));
-        }
-        rows
-    }
-
-    /// The filter's own steps from the true start of every run of a block. False if a level overflows.
+    /// The filter's own steps through a block; `levels` goes from its start to its end. False if a level overflows.
     fn steps(
         &self,
-        levels: &mut [T; N],
-        offsets: &[Row<T>; N],
-        (y, u): Pair<'_, T>,
+        (levels, ends): (&mut [T; N], &[Row<T>; N]),
+        pair: Pair<'_, T>,
         number: usize,
         outputs: &mut Outputs<'_, T, N>,
         tile: &mut Tile<T, N>,
     ) -> bool {
-        let mut lanes = [Row([T::zero(); WIDTH]); N];
-        for lane in 0..WIDTH {
-            for (row, x) in lanes.iter_mut().zip(levels.iter()) {
-                row.0[lane] = *x;
-            }
-            self.run.follow(levels, &offsets.map(|row| row.0[lane]));
-        }
-        to_rows(self.level, y, &mut tile.measurement);
-        to_rows(self.level, u, &mut tile.derivative);
         let all = N > 1 && outputs[N - 1].is_some();
-        tile.filter(self.level, std::slice::from_ref(self.gains), &mut lanes, TILE, all);
-        for (output, rows) in outputs.iter_mut().zip(&tile.levels) {
-            let Some(output) = output else { continue };
-            let mut columns = columns_of_zeros();
-            to_columns(self.level, rows, &mut columns);
-            write(output, number, columns.as_flattened());
+        let known = (&*levels, ends);
+        let filter = (self.gains, &self.runs);
+        let rows = number * BLOCK..(number + 1) * BLOCK;
+        let [level0, others @ ..] = outputs.as_mut_slice() else { return true };
+        let whole = level0.as_mut().and_then(ArrayViewMut1::as_slice_mut);
+        let is_finite = if let Some([out]) = whole.map(|out| blocks_of_mut(&mut out[rows.clone()]))
+        {
+            replay(self.level, filter, known, pair, (tile, all), out)
+        } else {
+            let mut out = columns_of_zeros();
+            let is_finite = replay(self.level, filter, known, pair, (tile, all), &mut out);
+            write(level0, rows.clone(), out.as_flattened());
+            is_finite
+        };
+        for (output, levels) in others.iter_mut().zip(&tile.levels[1..]).filter(|_| all) {
+            let mut out = columns_of_zeros();
+            to_columns(self.level, levels, &mut out);
+            write(output, rows.clone(), out.as_flattened());
         }
-        lanes.iter().all(|row| are_finite(&row.0))
+        self.runs.over_all(levels, &last(ends));
+        is_finite
     }
 
     /// The channel after a chunk that adds `added`; none if a sample is missing.
@@ -218,15 +224,10 @@ where
         chunk: &Block<'_, T>,
     ) -> Option<Channel<T, N>> {
         let rows = chunk.measurement.nrows();
-        let runs = rows / TILE;
-        let over = if rows == CHUNK { self.over_chunk } else { self.run.repeated(runs) };
-        let end = over * SVector::from(channel.state.levels.levels) + SVector::from(*added);
+        let over = if rows == CHUNK { self.over_chunk } else { self.runs.repeated(rows / BLOCK) };
+        let end = AffineMap { offset: (*added).into(), ..over }.apply(&channel.state.levels);
         let mut next = channel.clone();
-        next.take_plain(end.into(), chunk.derivative[(rows - 1, 0)]).then_some(next)
-    }
-
-    fn exactly(&self, channel: &mut Channel<T, N>, block: Block<'_, T>) {
-        run(self.filter, *self.gains, std::slice::from_mut(channel), block);
+        next.take_plain(end.levels, chunk.derivative[(rows - 1, 0)]).then_some(next)
     }
 }
 
@@ -252,9 +253,6 @@ fn next_chunk<'a, T: Scalar>(
     Some((queue.0 - 1, chunk))
 }
 
-/// Both signals of a block.
-type Pair<'a, T> = (&'a Columns<T>, &'a Columns<T>);
-
 /// Both signals of a chunk, each in one piece: a copy where it is not.
 struct Signals<'a, T: Clone>(Cow<'a, [T]>, Cow<'a, [T]>);
 
@@ -272,9 +270,17 @@ impl<'a, T: Scalar> Signals<'a, T> {
     }
 }
 
-/// Eight runs after the other are the columns of a tile as they lie.
+/// The state after the last run.
+fn last<T: Copy, const N: usize>(ends: &[Row<T>; N]) -> [T; N] {
+    std::array::from_fn(|level| ends[level].0[WIDTH - 1])
+}
+
 fn blocks_of<T>(signal: &[T]) -> &[Columns<T>] {
     signal.as_chunks().0.as_chunks().0
+}
+
+fn blocks_of_mut<T>(signal: &mut [T]) -> &mut [Columns<T>] {
+    signal.as_chunks_mut().0.as_chunks_mut().0
 }
 
 /// Where the levels go, as far as they are wanted.
@@ -285,18 +291,14 @@ fn outputs<'a, T: Scalar, const N: usize>(chunk: &'a mut Block<'_, T>) -> Output
     std::array::from_fn(|_| levels.next().map(|level| level.index_axis_move(Axis(1), 0)))
 }
 
-/// A block of an output at any stride.
-fn write<T: Scalar>(output: &mut ArrayViewMut1<'_, T>, number: usize, values: &[T]) {
-    let rows = number * BLOCK..(number + 1) * BLOCK;
-    if let Some(output) = output.as_slice_mut() {
-        output[rows].copy_from_slice(values);
-    } else {
-        for (to, from) in output.slice_axis_mut(Axis(0), Slice::from(rows)).iter_mut().zip(values) {
-            *to = *from;
-        }
+/// Rows of an output at any stride.
+fn write<T: Scalar>(
+    output: &mut Option<ArrayViewMut1<'_, T>>,
+    rows: std::ops::Range<usize>,
+    values: &[T],
+) {
+    let Some(output) = output else { return };
+    for (to, from) in output.slice_axis_mut(Axis(0), Slice::from(rows)).iter_mut().zip(values) {
+        *to = *from;
     }
-}
-
-fn are_finite<T: Scalar>(numbers: &[T]) -> bool {
-    numbers.iter().all(ComplexField::is_finite)
 }

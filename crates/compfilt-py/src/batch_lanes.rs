@@ -4,8 +4,8 @@ use crate::arrays::Scalar;
 use crate::batch::{Block, Channel, Filter, ROWS, Rows, Steps, follow, run, run_careful};
 use crate::lanes::{Columns, Row, TILE, Tile, columns_of_zeros, to_columns, to_rows};
 use crate::simd::{Level, WIDTH};
-use compfilt_core::Discretise;
 use compfilt_core::nalgebra::ComplexField;
+use compfilt_core::{Discretise, Recurrence};
 use numpy::ndarray::{ArrayView2, ArrayViewMut2, ArrayViewMut3, Axis, Slice};
 
 /// Runs some channels of a block, eight side by side; bit for bit what [`run`] does one at a time.
@@ -21,6 +21,7 @@ pub(crate) fn run_lanes<T: Scalar, D: Discretise<T, N>, const N: usize>(
     }
     let mut desk = Desk::new();
     let mut row_gains = Vec::new();
+    let is_plain = |channel: &Channel<T, N>| channel.is_plain(filter);
     for start in (0..rows).step_by(ROWS) {
         let end = rows.min(start + ROWS);
         let (begin_gains, mut end_gains) = (gains, gains);
@@ -28,7 +29,7 @@ pub(crate) fn run_lanes<T: Scalar, D: Discretise<T, N>, const N: usize>(
         for (group, eight) in channels.chunks_mut(WIDTH).enumerate() {
             let place = Place { first: group * WIDTH, start, end };
             let done = if steady {
-                desk.run_plain(filter, &row_gains, eight, &mut block, place)
+                desk.run_plain(&is_plain, &row_gains, eight, &mut block, place)
             } else {
                 [false; WIDTH]
             };
@@ -89,10 +90,10 @@ impl<T: Scalar, const N: usize> Desk<T, N> {
 
     /// Filters the rows of up to eight channels as plain steps. Returns which of them that was true for; the others keep
     /// their states.
-    fn run_plain<D: Discretise<T, N>>(
+    fn run_plain<G: Recurrence<T, N>>(
         &mut self,
-        filter: &Filter<T, D>,
-        gains: &[D::Gains],
+        is_plain: &dyn Fn(&Channel<T, N>) -> bool,
+        gains: &[G],
         channels: &mut [Channel<T, N>],
         block: &mut Block<'_, T>,
         place: Place,
@@ -100,7 +101,7 @@ impl<T: Scalar, const N: usize> Desk<T, N> {
         let mut plain = [false; WIDTH];
         let mut lanes = [Row([T::zero(); WIDTH]); N];
         for (lane, channel) in channels.iter().enumerate() {
-            plain[lane] = channel.is_plain(filter);
+            plain[lane] = is_plain(channel);
             if plain[lane] {
                 for (row, x) in lanes.iter_mut().zip(&channel.state.levels.levels) {
                     row.0[lane] = *x;
@@ -113,7 +114,7 @@ impl<T: Scalar, const N: usize> Desk<T, N> {
         let Place { first, start, end } = place;
         let area = (Slice::from(start..end), Slice::from(first..first + channels.len()));
         let levels = block.levels.slice_axis_mut(Axis(1), area.0);
-        self.steps::<D>(
+        self.steps(
             gains,
             &mut lanes,
             block.measurement.slice_axis(Axis(0), area.0).slice_axis_move(Axis(1), area.1),
@@ -129,9 +130,9 @@ impl<T: Scalar, const N: usize> Desk<T, N> {
     }
 
     /// Tile by tile.
-    fn steps<D: Discretise<T, N>>(
+    fn steps<G: Recurrence<T, N>>(
         &mut self,
-        gains: &[D::Gains],
+        gains: &[G],
         lanes: &mut [Row<T>; N],
         measurement: ArrayView2<'_, T>,
         derivative: ArrayView2<'_, T>,

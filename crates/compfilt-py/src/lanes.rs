@@ -2,7 +2,7 @@
 
 use crate::arrays::Scalar;
 use crate::simd::{Level, Simd, WIDTH, Wide, dispatch};
-use compfilt_core::linear::Run;
+use compfilt_core::nalgebra::ComplexField;
 use compfilt_core::{Recurrence, State};
 
 /// Rows of a tile. More would let memory wait while the tile is filtered.
@@ -51,7 +51,7 @@ impl<T: Scalar, const N: usize> Tile<T, N> {
 }
 
 #[inline(always)]
-fn steps<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
+pub(crate) fn steps<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
     _: S,
     tile: &mut Tile<T, N>,
     gains: &[G],
@@ -86,50 +86,13 @@ pub(crate) fn to_rows<T: Scalar>(level: Level, columns: &Columns<T>, rows: &mut 
     dispatch!(level, simd => turn_in(simd, columns, rows));
 }
 
-/// What each of eight runs adds to the state: for every level the scalar products of weights and samples.
-pub(crate) fn offsets<T: Scalar, const N: usize>(
-    level: Level,
-    run: &Run<T, N, TILE>,
-    measurement: &Columns<T>,
-    derivative: &Columns<T>,
-    offsets: &mut [Row<T>; N],
-) {
-    dispatch!(level, simd => products(simd, run, measurement, derivative, offsets));
-}
-
-#[inline(always)]
-fn products<S: Simd, T: Scalar, const N: usize>(
-    _: S,
-    run: &Run<T, N, TILE>,
-    measurement: &Columns<T>,
-    derivative: &Columns<T>,
-    offsets: &mut [Row<T>; N],
-) {
-    let zero = T::Wide::<S>::from_array([T::zero(); WIDTH]);
-    let mut parts = [[zero; WIDTH]; N];
-    for lane in 0..WIDTH {
-        for start in [0, WIDTH] {
-            let y = eight::<S, T>(&measurement[lane], start);
-            let u = eight::<S, T>(&derivative[lane], start);
-            for (level, parts) in parts.iter_mut().enumerate() {
-                let from_y = eight::<S, T>(&run.from_measurement()[level], start) * y;
-                let from_u = eight::<S, T>(&run.from_input()[level], start) * u;
-                parts[lane] += from_y + from_u;
-            }
-        }
-    }
-    for level in 0..N {
-        offsets[level] = Row(sums::<S, T>(parts[level]).to_array());
-    }
-}
-
 /// Takes them apart again.
 pub(crate) fn to_columns<T: Scalar>(level: Level, rows: &Rows<T>, columns: &mut Columns<T>) {
     dispatch!(level, simd => turn_out(simd, rows, columns));
 }
 
 #[inline(always)]
-fn turn_in<S: Simd, T: Scalar>(_: S, columns: &Columns<T>, rows: &mut Rows<T>) {
+pub(crate) fn turn_in<S: Simd, T: Scalar>(_: S, columns: &Columns<T>, rows: &mut Rows<T>) {
     for start in [0, WIDTH] {
         let mut square = [T::Wide::<S>::from_array([T::zero(); WIDTH]); WIDTH];
         for (wide, column) in square.iter_mut().zip(columns) {
@@ -143,7 +106,7 @@ fn turn_in<S: Simd, T: Scalar>(_: S, columns: &Columns<T>, rows: &mut Rows<T>) {
 }
 
 #[inline(always)]
-fn turn_out<S: Simd, T: Scalar>(_: S, rows: &Rows<T>, columns: &mut Columns<T>) {
+pub(crate) fn turn_out<S: Simd, T: Scalar>(_: S, rows: &Rows<T>, columns: &mut Columns<T>) {
     for start in [0, WIDTH] {
         let mut square = [T::Wide::<S>::from_array([T::zero(); WIDTH]); WIDTH];
         for (wide, row) in square.iter_mut().zip(&rows[start..start + WIDTH]) {
@@ -184,21 +147,12 @@ fn shuffled<S: Simd, T: Scalar>(x: [T::Wide<S>; WIDTH]) -> [T::Wide<S>; WIDTH] {
     ]
 }
 
-/// The eight sums of eight vectors, in an order that does not depend on the processor.
-#[inline(always)]
-pub(crate) fn sums<S: Simd, T: Scalar>(x: [T::Wide<S>; WIDTH]) -> T::Wide<S> {
-    let even = folded::<S, T>(folded::<S, T>(x[0], x[4]), folded::<S, T>(x[2], x[6]));
-    let odd = folded::<S, T>(folded::<S, T>(x[1], x[5]), folded::<S, T>(x[3], x[7]));
-    folded::<S, T>(even, odd)
-}
-
-/// The first half of both plus the second half, the two by turns.
-#[inline(always)]
-fn folded<S: Simd, T: Scalar>(a: T::Wide<S>, b: T::Wide<S>) -> T::Wide<S> {
-    a.zip_low(b) + a.zip_high(b)
-}
-
 /// Columns of zeros.
 pub(crate) fn columns_of_zeros<T: Scalar>() -> Columns<T> {
     [[T::zero(); TILE]; WIDTH]
+}
+
+/// Whether no number is missing or has overflowed.
+pub(crate) fn are_finite<T: Scalar>(numbers: &[T]) -> bool {
+    numbers.iter().all(ComplexField::is_finite)
 }

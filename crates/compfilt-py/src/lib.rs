@@ -51,6 +51,7 @@ mod pi;
 mod precision;
 mod rate;
 mod relay;
+mod runs;
 mod second_order_inertial;
 mod session;
 mod shares;

@@ -13,7 +13,30 @@ use fearless_simd::{SimdBase, SimdFrom, f32x8, f64x8};
 use std::fmt;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
-pub(crate) use fearless_simd::{Level, Simd, dispatch};
+pub(crate) use fearless_simd::{Level, Simd};
+
+/// Calls code that is generic in [`Simd`] with the instruction set of `$level`, inlined into it.
+///
+/// The library's own macro also compiles a copy for SSE4.2, which has nothing that the operators here would use: a quarter of
+/// the binary.
+macro_rules! dispatch {
+    ($level:expr, $simd:ident => $body:expr) => {{
+        let level: $crate::simd::Level = $level;
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        if let Some($simd) = level.as_avx512() {
+            $crate::simd::Simd::vectorize($simd, #[inline(always)] || $body)
+        } else if let Some($simd) = level.as_avx2() {
+            $crate::simd::Simd::vectorize($simd, #[inline(always)] || $body)
+        } else if let Some($simd) = level.as_sse2() {
+            $crate::simd::Simd::vectorize($simd, #[inline(always)] || $body)
+        } else {
+            unreachable!("this processor has no SSE2, for which the library was compiled")
+        }
+        #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+        fearless_simd::dispatch!(level, $simd => $body)
+    }};
+}
+pub(crate) use dispatch;
 
 /// Runs the first expression with the widest instruction set of the processor in which eight numbers are worth it, and the other
 /// where there is none.
@@ -177,6 +200,8 @@ pub(crate) trait Wide<T>: Element<T> + Mul<Output = Self> {
     fn zip_low(self, other: Self) -> Self;
     /// The second halves.
     fn zip_high(self, other: Self) -> Self;
+    /// The numbers from `SHIFT` on, then the first of `next`.
+    fn slide<const SHIFT: usize>(self, next: Self) -> Self;
 }
 
 /// A scalar that the processor takes eight of.
@@ -209,6 +234,11 @@ macro_rules! lanes {
             #[inline(always)]
             fn zip_high(self, other: Self) -> Self {
                 Self(self.0.zip_high(other.0))
+            }
+
+            #[inline(always)]
+            fn slide<const SHIFT: usize>(self, next: Self) -> Self {
+                Self(self.0.slide::<SHIFT>(next.0))
             }
         }
     };

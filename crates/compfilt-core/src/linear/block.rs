@@ -169,49 +169,63 @@ impl<T: Real, const N: usize, const B: usize> BlockResponse<T, N, B> {
     }
 }
 
-/// How runs of `B` samples in a row move the state, with what every sample adds to the end of its run as a weight.
+/// `L` runs of `B` samples each, one after the other in the log, to be filtered side by side.
 ///
-/// The weights turn a run into `2 N` scalar products, which know nothing of each other: the run's offset. The states before
-/// the runs then follow one another by `x ↦ A^B x + offset`, once a run instead of once a sample.
+/// What every sample adds to the end of its run is a weight: `2 N` scalar products a run, which know nothing of each other,
+/// give the end of each run from a start at zero. With the powers of `A^B` they give the state before each run, and the
+/// filter's own steps do the rest.
 ///
 /// ```
-/// use compfilt_core::linear::Run;
-/// use compfilt_core::{Chain, PiForm, Recurrence, State};
-/// let gains = PiForm::new(2.0_f64, 1.0)?.at(0.1)?;
-/// let (y, u) = ([0.3, 0.1, -0.2], [1.0, 2.0, 0.5]);
-/// let run = Run::<f64, 2, 3>::of::<Chain<f64, 2, 1>>(&gains);
+/// use compfilt_core::linear::Runs;
+/// use compfilt_core::{Chain, FirstOrder, Recurrence, State};
+/// let gains = FirstOrder::new(1.0_f64)?.at(0.25)?;
+/// let runs = Runs::<f64, 1, 2, 8>::of::<Chain<f64, 1, 1>>(&gains);
 ///
-/// let mut state = State { levels: [0.7, -0.1] };
-/// let mut levels = state.levels;
-/// run.follow(&mut levels, &run.offset(&y, &u));
-/// for (y, u) in y.into_iter().zip(u) {
-///     gains.step(&mut state, y, u);
-/// }
-/// assert!((levels[0] - state.levels[0]).abs() < 1e-15);
+/// let mut state = State::at_rest::<f64>(0.0);
+/// gains.step(&mut state, 3.0, 0.0);
+/// gains.step(&mut state, 5.0, 0.0);
+/// let [from_first, from_second] = runs.from_measurement()[0];
+/// assert!((3.0 * from_first + 5.0 * from_second - state.levels[0]).abs() < 1e-15);
+///
+/// // 0.8 a sample: three runs of two samples.
+/// assert!((runs.powers()[0][0][3] - 0.8_f64.powi(6)).abs() < 1e-15);
 /// # Ok::<(), compfilt_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Run<T: Real, const N: usize, const B: usize> {
-    /// `A^B`.
-    matrix: SMatrix<T, N, N>,
-    /// For every level what a measurement of 1 adds to it by the end of the run.
+pub struct Runs<T: Real, const N: usize, const B: usize, const L: usize> {
     measurement: [[T; B]; N],
-    /// The same of an input of 1.
     input: [[T; B]; N],
+    powers: [[[T; L]; N]; N],
+    /// `A^B`.
+    one: SMatrix<T, N, N>,
+    /// `A^(B L)`.
+    all: SMatrix<T, N, N>,
 }
 
-impl<T: Real, const N: usize, const B: usize> Run<T, N, B> {
-    /// The weights of a filter with `gains`: the step itself, run on impulses.
+impl<T: Real, const N: usize, const B: usize, const L: usize> Runs<T, N, B, L> {
+    /// The runs of a filter with `gains`: the weights are the step itself, run on impulses.
     pub fn of<D: Discretise<T, N>>(gains: &D::Gains) -> Self {
-        let transition = Transition::of::<D>(gains);
+        let one = power(Transition::of::<D>(gains).state, B);
+        let mut powers = [[[T::zero(); L]; N]; N];
+        let mut power = SMatrix::identity();
+        for run in 0..L {
+            for (row, powers) in powers.iter_mut().enumerate() {
+                for (column, powers) in powers.iter_mut().enumerate() {
+                    powers[run] = power[(row, column)];
+                }
+            }
+            power *= one;
+        }
         Self {
-            matrix: power(transition.state, B),
             measurement: Self::weights(gains, T::one(), T::zero()),
             input: Self::weights(gains, T::zero(), T::one()),
+            powers,
+            one,
+            all: power,
         }
     }
 
-    /// What an impulse in each sample leaves at the end.
+    /// What an impulse in each sample leaves at the end of its run.
     fn weights<G: Recurrence<T, N>>(gains: &G, y: T, u: T) -> [[T; B]; N] {
         let mut weights = [[T::zero(); B]; N];
         let mut state = State::at_rest::<T>(T::zero());
@@ -238,26 +252,25 @@ impl<T: Real, const N: usize, const B: usize> Run<T, N, B> {
         &self.input
     }
 
-    /// What a run adds to the state.
-    pub fn offset(&self, measurement: &[T; B], input: &[T; B]) -> [T; N] {
-        core::array::from_fn(|level| {
-            let mut sum = T::zero();
-            for sample in 0..B {
-                sum += self.measurement[level][sample] * measurement[sample]
-                    + self.input[level][sample] * input[sample];
-            }
-            sum
-        })
+    /// The first `L` powers of `A^B`, from the power 0 on: row by row, column by column, power by power.
+    pub fn powers(&self) -> &[[[T; L]; N]; N] {
+        &self.powers
     }
 
-    /// Moves the state on over a run that adds `offset`.
+    /// Moves the state on over one run, which adds `end`: the state after it from a start at zero.
     #[inline]
-    pub fn follow(&self, levels: &mut [T; N], offset: &[T; N]) {
-        *levels = (self.matrix * SVector::from(*levels) + SVector::from(*offset)).into();
+    pub fn over_one(&self, levels: &mut [T; N], end: &[T; N]) {
+        *levels = (SVector::from(*end) + self.one * SVector::from(*levels)).into();
     }
 
-    /// How `runs` runs in a row move the state: `A^(B runs)`.
-    pub fn repeated(&self, runs: usize) -> SMatrix<T, N, N> {
-        power(self.matrix, runs)
+    /// Moves the state on over all runs, which add `end`: the state after them from a start at zero.
+    #[inline]
+    pub fn over_all(&self, levels: &mut [T; N], end: &[T; N]) {
+        *levels = (SVector::from(*end) + self.all * SVector::from(*levels)).into();
+    }
+
+    /// The map over all runs `times` times in a row, from a start at zero to zero.
+    pub fn repeated(&self, times: usize) -> AffineMap<T, N> {
+        AffineMap { matrix: power(self.all, times), offset: SVector::zeros() }
     }
 }
