@@ -40,6 +40,7 @@ mod first_order;
 mod gravity_filter;
 mod gravity_offline;
 mod lanes;
+mod layout;
 mod linear_filter;
 mod mahony;
 mod memory;

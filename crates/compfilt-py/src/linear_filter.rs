@@ -175,10 +175,16 @@ impl LinearFilter {
     /// backwards : {"raise", "restart"}
     ///     What to do when t decreases.
     /// exact : bool
-    ///     True keeps the order of the arithmetic, bit for bit that of a stream and of firmware. False permits another
-    ///     order of the sums where that is faster; at present none is used.
+    ///     True keeps the order of the arithmetic: bit for bit that of a stream and of firmware. False permits another order
+    ///     of the sums where that is faster: with fs, up to three channels, and neither period, delay, gap_cap nor
+    ///     "trapezoid". Parts of the channel are then filtered side by side, and the result differs by rounding: within
+    ///     1e-13 of its range in float64 and 2e-5 in float32, for time constants of up to 1000 samples; the other levels
+    ///     within 5e-13 and 1e-4. Flags are the same. Stretches of some thousand samples with a missing one go the exact
+    ///     way. The bits depend neither on workers nor on the processor.
     /// workers : int
-    ///     Threads; the channels are shared out between them.
+    ///     Threads, as far as there are cores. Channels are shared out between them, in groups of eight that run side by
+    ///     side in each thread; with exact=False also the parts of one channel. Nothing is copied; each thread needs less
+    ///     than 1 MB.
     /// out : ndarray, optional
     ///     Where to write the result: shape of measurement, dtype of the result.
     ///
