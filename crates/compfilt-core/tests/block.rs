@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Check, Kind, Noise, close, every_filter, gains, pi, third_order};
-use compfilt_core::linear::{AffineMap, BlockResponse, Transition};
+use compfilt_core::linear::{AffineMap, BlockResponse, Runs, Transition};
 use compfilt_core::nalgebra::SVector;
 use compfilt_core::{Discretise, Real, Recurrence, State};
 
@@ -169,6 +169,58 @@ fn the_response_of_a_block_reproduces_it() {
     every_filter(3.0, 0.5, &mut Responds);
 }
 
+/// Weights give the end of a run from zero, powers the state before every run; all runs together are a power of the step.
+struct SideBySide;
+
+impl Check<f64> for SideBySide {
+    fn check<D: Discretise<f64, N>, const N: usize>(&mut self, kind: Kind, design: D) {
+        const RUN: usize = 6;
+        const RUNS: usize = SAMPLES / RUN;
+        let gains = gains(&design, DT);
+        let runs = Runs::<f64, N, RUN, RUNS>::of::<D>(&gains);
+        let block = Block::<N>::new(28);
+        let (mut chained, mut from_zero) = (block.start.levels, [0.0; N]);
+        for run in 0..RUNS {
+            let start = run * RUN;
+            same(kind, &State { levels: chained }, &block.recurrence(&gains, start));
+            let mut powers = from_zero;
+            for (row, sum) in powers.iter_mut().enumerate() {
+                for (column, x) in block.start.levels.iter().enumerate() {
+                    *sum += runs.powers()[row][column][run] * x;
+                }
+            }
+            same(kind, &State { levels: powers }, &block.recurrence(&gains, start));
+            let end = core::array::from_fn(|level| {
+                (0..RUN)
+                    .map(|sample| {
+                        runs.from_measurement()[level][sample] * block.y[start + sample]
+                            + runs.from_input()[level][sample] * block.u[start + sample]
+                    })
+                    .sum()
+            });
+            runs.over_one(&mut chained, &end);
+            runs.over_one(&mut from_zero, &end);
+        }
+        let wanted = block.recurrence(&gains, SAMPLES);
+        same(kind, &State { levels: chained }, &wanted);
+        let mut over_all = block.start.levels;
+        runs.over_all(&mut over_all, &from_zero);
+        same(kind, &State { levels: over_all }, &wanted);
+        let mut again = block.start.levels;
+        runs.repeated(1).follow(&mut again, &from_zero);
+        same(kind, &State { levels: again }, &State { levels: over_all });
+        let thrice = Transition::of::<D>(&gains).repeated(3 * SAMPLES, SVector::zeros());
+        let mut without = block.start.levels;
+        runs.repeated(3).follow(&mut without, &[0.0; N]);
+        same(kind, &State { levels: without }, &thrice.apply(&block.start));
+    }
+}
+
+#[test]
+fn runs_side_by_side() {
+    every_filter(3.0, 0.5, &mut SideBySide);
+}
+
 /// What lies beyond the shorter slice is left out.
 #[test]
 fn slices_of_different_length() {
@@ -195,4 +247,23 @@ fn a_block_in_single_precision() {
     for (found, wanted) in end.levels.iter().zip(&state.levels) {
         close(found.to_f64(), wanted.to_f64(), 1e-5);
     }
+}
+
+/// Thousands of blocks of a filter that remembers for a million samples: what a block takes away keeps its own precision.
+#[test]
+fn a_chain_of_blocks_of_a_slow_filter() {
+    let chain = compfilt_core::FirstOrder::new(1e6_f64).expect("a time constant").chain();
+    let gains = gains(&chain, 1.0);
+    let runs = Runs::<f64, 1, 16, 8>::of::<compfilt_core::Chain<f64, 1, 1>>(&gains);
+    let weights: f64 = runs.from_measurement()[0].iter().sum();
+    // At rest at 1 the measurement puts back what the filter forgets.
+    let mut end = [0.0];
+    for _ in 0..8 {
+        runs.over_one(&mut end, &[weights]);
+    }
+    let mut level = [1.0];
+    for _ in 0..100_000 {
+        runs.over_all(&mut level, &end);
+    }
+    close(level[0], 1.0, 1e-14);
 }

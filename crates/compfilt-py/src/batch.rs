@@ -17,7 +17,10 @@ use std::num::NonZeroUsize;
 use std::panic::resume_unwind;
 
 /// Rows after which the next channel has its turn, so that a block of rows stays in the cache.
-pub(crate) const ROWS: usize = 256;
+const ROWS: usize = 256;
+
+/// Rows in which the first measurement has most often come.
+pub(crate) const LEAD: usize = 4;
 
 /// How a filter meets its samples, in the units of the caller.
 #[derive(Clone, Debug, PartialEq)]
@@ -255,6 +258,14 @@ fn rows_of<T>(
     view.index_axis_move(Axis(1), channel).slice_axis_move(Axis(0), Slice::from(rows)).into_iter()
 }
 
+/// Where turns begin and end. The first is short where a channel still waits for its first measurement: what follows is
+/// plain again.
+pub(crate) fn turns(rows: usize, wait: bool) -> impl Iterator<Item = (usize, usize)> {
+    let lead = if wait { rows.min(LEAD) } else { 0 };
+    let others = (lead..rows).step_by(ROWS).map(move |start| (start, rows.min(start + ROWS)));
+    (lead > 0).then_some((0, lead)).into_iter().chain(others)
+}
+
 /// Where in a block a channel's turn begins and ends.
 #[derive(Clone, Copy)]
 pub(crate) struct Rows {
@@ -338,10 +349,9 @@ pub(crate) fn run<T: Scalar, D: Discretise<T, N>, const N: usize>(
     channels: &mut [Channel<T, N>],
     mut block: Block<'_, T>,
 ) -> D::Gains {
-    let rows = block.measurement.nrows();
     let is_uniform = matches!(block.steps, Steps::Uniform);
-    for start in (0..rows).step_by(ROWS) {
-        let end = rows.min(start + ROWS);
+    let wait = channels.iter().any(|channel| !channel.state.started);
+    for (start, end) in turns(block.measurement.nrows(), wait) {
         let begin_gains = gains;
         for (c, channel) in channels.iter_mut().enumerate() {
             gains = begin_gains;

@@ -6,14 +6,14 @@
 //! workers and on every processor.
 
 use crate::arrays::Scalar;
-use crate::batch::{Block, Channel, Filter, Steps, run};
+use crate::batch::{Block, Channel, Filter, LEAD, Steps, run};
 use crate::lanes::{Columns, Row, TILE, Tile, are_finite, columns_of_zeros, to_columns};
 use crate::relay::Relay;
 use crate::runs::{self, BlockRuns, Pair, ends, replay};
 use crate::shares::{split_columns, split_rows};
 use crate::simd::{Level, WIDTH};
+use compfilt_core::linear::{Motion, Runs};
 use compfilt_core::{Discretise, Recurrence};
-use compfilt_core::linear::{AffineMap, Runs};
 use numpy::ndarray::{ArrayView2, ArrayViewMut1, Axis, Slice};
 use std::borrow::Cow;
 use std::num::NonZeroUsize;
@@ -68,8 +68,7 @@ struct Affine<'a, T: Scalar, G, const N: usize> {
     level: Level,
     gains: &'a G,
     runs: BlockRuns<T, N>,
-    /// Over a whole chunk, from a start at zero to zero.
-    over_chunk: AffineMap<T, N>,
+    over_chunk: Motion<T, N>,
     is_plain: &'a (dyn Fn(&Channel<T, N>) -> bool + Sync),
     /// Any case, in the order of a stream.
     exactly: &'a (dyn Fn(&mut Channel<T, N>, Block<'_, T>) + Sync),
@@ -81,15 +80,17 @@ where
     G: Recurrence<T, N> + Send + Sync,
 {
     /// One channel: a few samples until it has started, the chunks, the samples that fill no block.
+    /// What is not plain all the time gains nothing here and loses nothing: its chunks go the exact way one after the other.
     fn channel(&self, channel: &mut Channel<T, N>, block: Block<'_, T>, workers: NonZeroUsize) {
-        let lead = if (self.is_plain)(channel) { 0 } else { TILE };
+        let lead = if (self.is_plain)(channel) { 0 } else { LEAD };
         let (lead, rest) = split_rows(block, lead);
         (self.exactly)(channel, lead);
         let rows = rest.measurement.nrows();
         let (rest, tail) = split_rows(rest, rows - rows % BLOCK);
         let mut rest = Some(rest);
-        if workers.get() > 1 && rows > CHUNK {
-            self.share(channel, rest, workers.get());
+        let workers = workers.get().min(rows.div_ceil(CHUNK));
+        if workers > 1 {
+            self.share(channel, rest, workers);
         } else {
             let mut tile = Tile::new();
             while let Some(chunk) = take_chunk(&mut rest) {
@@ -111,7 +112,8 @@ where
                     let mut ends = Vec::with_capacity(BLOCKS);
                     while let Some((number, chunk)) = next_chunk(&queue)
                         && self.in_turn(number, chunk, &relay, &mut ends, &mut tile)
-                    {}
+                    {
+                    }
                 });
             }
         });
@@ -197,7 +199,8 @@ where
         let rows = number * BLOCK..(number + 1) * BLOCK;
         let [level0, others @ ..] = outputs.as_mut_slice() else { return true };
         let whole = level0.as_mut().and_then(ArrayViewMut1::as_slice_mut);
-        let is_finite = if let Some([out]) = whole.map(|out| blocks_of_mut(&mut out[rows.clone()])) {
+        let is_finite = if let Some([out]) = whole.map(|out| blocks_of_mut(&mut out[rows.clone()]))
+        {
             replay(self.level, filter, known, pair, (tile, all), out)
         } else {
             let mut out = columns_of_zeros();
@@ -207,7 +210,7 @@ where
         };
         for (output, levels) in others.iter_mut().zip(&tile.levels[1..]).filter(|_| all) {
             let mut out = columns_of_zeros();
-            to_columns(self.level, levels, &mut out);
+            to_columns(self.level, levels, out.each_mut());
             write(output, rows.clone(), out.as_flattened());
         }
         self.runs.over_all(levels, &last(ends));
@@ -223,9 +226,10 @@ where
     ) -> Option<Channel<T, N>> {
         let rows = chunk.measurement.nrows();
         let over = if rows == CHUNK { self.over_chunk } else { self.runs.repeated(rows / BLOCK) };
-        let end = AffineMap { offset: (*added).into(), ..over }.apply(&channel.state.levels);
+        let mut levels = channel.state.levels.levels;
+        over.follow(&mut levels, added);
         let mut next = channel.clone();
-        next.take_plain(end.levels, chunk.derivative[(rows - 1, 0)]).then_some(next)
+        next.take_plain(levels, chunk.derivative[(rows - 1, 0)]).then_some(next)
     }
 }
 

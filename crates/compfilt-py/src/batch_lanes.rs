@@ -1,11 +1,12 @@
 //! Channels side by side: eight at once, each through the same operations as alone.
 
 use crate::arrays::Scalar;
-use crate::batch::{Block, Channel, Filter, ROWS, Rows, Steps, follow, run, run_careful};
-use crate::lanes::{Columns, Row, TILE, Tile, columns_of_zeros, to_columns, to_rows};
+use crate::batch::{Block, Channel, Filter, Rows, Steps, follow, run, run_careful, turns};
+use crate::lanes::{Row, TILE, Tile, are_finite};
+use crate::layout::{Source, Target};
 use crate::simd::{Level, WIDTH};
 use compfilt_core::{Discretise, Recurrence};
-use numpy::ndarray::{ArrayView2, ArrayViewMut2, ArrayViewMut3, Axis, Slice};
+use numpy::ndarray::{ArrayView2, ArrayViewMut3, Axis, Slice};
 
 /// Runs some channels of a block, eight side by side; bit for bit what [`run`] does one at a time.
 pub(crate) fn run_lanes<T: Scalar, D: Discretise<T, N>, const N: usize>(
@@ -21,8 +22,8 @@ pub(crate) fn run_lanes<T: Scalar, D: Discretise<T, N>, const N: usize>(
     let mut desk = Desk::new();
     let mut row_gains = Vec::new();
     let is_plain = |channel: &Channel<T, N>| channel.is_plain(filter);
-    for start in (0..rows).step_by(ROWS) {
-        let end = rows.min(start + ROWS);
+    let wait = channels.iter().any(|channel| !channel.state.started);
+    for (start, end) in turns(rows, wait) {
         let (begin_gains, mut end_gains) = (gains, gains);
         let steady = gains_of_rows(filter, &mut end_gains, block.steps, start..end, &mut row_gains);
         for (group, eight) in channels.chunks_mut(WIDTH).enumerate() {
@@ -57,7 +58,7 @@ fn gains_of_rows<T: Scalar, D: Discretise<T, N>, const N: usize>(
         return true;
     };
     let steps = &steps[rows];
-    if !steps.iter().all(|dt| dt.is_finite()) {
+    if !are_finite(steps) {
         return false;
     }
     for dt in steps {
@@ -78,13 +79,12 @@ struct Place {
 /// Where a group is worked on: a few kilobytes.
 struct Desk<T, const N: usize> {
     level: Level,
-    columns: Columns<T>,
     tile: Tile<T, N>,
 }
 
 impl<T: Scalar, const N: usize> Desk<T, N> {
     fn new() -> Self {
-        Self { level: Level::new(), columns: columns_of_zeros(), tile: Tile::new() }
+        Self { level: Level::new(), tile: Tile::new() }
     }
 
     /// Filters the rows of up to eight channels as plain steps. Returns which of them that was true for; the others keep
@@ -137,90 +137,20 @@ impl<T: Scalar, const N: usize> Desk<T, N> {
         derivative: ArrayView2<'_, T>,
         mut levels: ArrayViewMut3<'_, T>,
     ) {
-        let all = levels.len_of(Axis(0)) > 1;
-        let tiles = measurement
-            .axis_chunks_iter(Axis(0), TILE)
-            .zip(derivative.axis_chunks_iter(Axis(0), TILE))
-            .zip(levels.axis_chunks_iter_mut(Axis(1), TILE));
-        let mut row = 0;
-        for ((y, u), mut out) in tiles {
-            let rows = y.nrows();
-            read(self.level, &mut self.columns, y, &mut self.tile.measurement);
-            read(self.level, &mut self.columns, u, &mut self.tile.derivative);
-            let gains = gains.get(row..row + rows).unwrap_or(gains);
-            self.tile.filter(self.level, gains, lanes, rows, all);
-            for (out, tile) in out.outer_iter_mut().zip(&self.tile.levels) {
-                write(self.level, tile, &mut self.columns, out);
-            }
-            row += rows;
-        }
-    }
-}
-
-/// A tile of an array at any strides; what lies beyond its rows and channels stays as it is.
-fn read<T: Scalar>(
-    level: Level,
-    columns: &mut Columns<T>,
-    source: ArrayView2<'_, T>,
-    rows: &mut [Row<T>; TILE],
-) {
-    if source.strides()[1] == 1 {
-        for (row, source) in rows.iter_mut().zip(source.outer_iter()) {
-            copy(source.as_slice().unwrap_or_default(), &mut row.0);
-        }
-    } else if source.strides()[0] == 1 {
-        for (column, source) in columns.iter_mut().zip(source.columns()) {
-            copy(source.as_slice().unwrap_or_default(), column);
-        }
-        to_rows(level, columns, rows);
-    } else {
-        for (row, source) in rows.iter_mut().zip(source.outer_iter()) {
-            for (to, from) in row.0.iter_mut().zip(source) {
-                *to = *from;
+        let (samples, all) = (measurement.nrows(), levels.len_of(Axis(0)) > 1);
+        let (y, u) = (Source::of(measurement), Source::of(derivative));
+        let mut targets = levels.outer_iter_mut().map(Target::of);
+        let mut targets: [Option<Target<'_, T>>; N] = std::array::from_fn(|_| targets.next());
+        for start in (0..samples).step_by(TILE) {
+            let rows = start..samples.min(start + TILE);
+            y.read(self.level, rows.clone(), &mut self.tile.measurement);
+            u.read(self.level, rows.clone(), &mut self.tile.derivative);
+            let gains = gains.get(rows.clone()).unwrap_or(gains);
+            self.tile.filter(self.level, gains, lanes, rows.len(), all);
+            for (target, tile) in targets.iter_mut().zip(&self.tile.levels) {
+                let Some(target) = target else { break };
+                target.write(self.level, rows.clone(), tile);
             }
         }
-    }
-}
-
-/// The way back.
-fn write<T: Scalar>(
-    level: Level,
-    rows: &[Row<T>; TILE],
-    columns: &mut Columns<T>,
-    mut target: ArrayViewMut2<'_, T>,
-) {
-    if target.strides()[1] == 1 {
-        for (row, mut target) in rows.iter().zip(target.outer_iter_mut()) {
-            copy_part(&row.0, target.as_slice_mut().unwrap_or_default());
-        }
-    } else if target.strides()[0] == 1 {
-        to_columns(level, rows, columns);
-        for (column, mut target) in columns.iter().zip(target.columns_mut()) {
-            copy_part(column, target.as_slice_mut().unwrap_or_default());
-        }
-    } else {
-        for (row, target) in rows.iter().zip(target.outer_iter_mut()) {
-            for (to, from) in target.into_iter().zip(&row.0) {
-                *to = *from;
-            }
-        }
-    }
-}
-
-/// Copies the whole length where it is there, at once, otherwise what is there.
-#[inline(always)]
-fn copy<T: Copy, const L: usize>(source: &[T], target: &mut [T; L]) {
-    match source.first_chunk() {
-        Some(whole) => *target = *whole,
-        None => target[..source.len()].copy_from_slice(source),
-    }
-}
-
-/// The same the other way round.
-#[inline(always)]
-fn copy_part<T: Copy, const L: usize>(source: &[T; L], target: &mut [T]) {
-    match target.first_chunk_mut() {
-        Some(whole) => *whole = *source,
-        None => target.copy_from_slice(&source[..target.len()]),
     }
 }

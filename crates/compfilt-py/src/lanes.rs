@@ -82,17 +82,21 @@ pub(crate) fn steps<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
 }
 
 /// Lays sequences side by side.
-pub(crate) fn to_rows<T: Scalar>(level: Level, columns: &Columns<T>, rows: &mut Rows<T>) {
+pub(crate) fn to_rows<T: Scalar>(level: Level, columns: [&[T; TILE]; WIDTH], rows: &mut Rows<T>) {
     dispatch!(level, simd => turn_in(simd, columns, rows));
 }
 
 /// Takes them apart again.
-pub(crate) fn to_columns<T: Scalar>(level: Level, rows: &Rows<T>, columns: &mut Columns<T>) {
+pub(crate) fn to_columns<T: Scalar>(
+    level: Level,
+    rows: &Rows<T>,
+    columns: [&mut [T; TILE]; WIDTH],
+) {
     dispatch!(level, simd => turn_out(simd, rows, columns));
 }
 
 #[inline(always)]
-pub(crate) fn turn_in<S: Simd, T: Scalar>(_: S, columns: &Columns<T>, rows: &mut Rows<T>) {
+pub(crate) fn turn_in<S: Simd, T: Scalar>(_: S, columns: [&[T; TILE]; WIDTH], rows: &mut Rows<T>) {
     for start in [0, WIDTH] {
         let mut square = [T::Wide::<S>::from_array([T::zero(); WIDTH]); WIDTH];
         for (wide, column) in square.iter_mut().zip(columns) {
@@ -106,14 +110,18 @@ pub(crate) fn turn_in<S: Simd, T: Scalar>(_: S, columns: &Columns<T>, rows: &mut
 }
 
 #[inline(always)]
-pub(crate) fn turn_out<S: Simd, T: Scalar>(_: S, rows: &Rows<T>, columns: &mut Columns<T>) {
+pub(crate) fn turn_out<S: Simd, T: Scalar>(
+    _: S,
+    rows: &Rows<T>,
+    mut columns: [&mut [T; TILE]; WIDTH],
+) {
     for start in [0, WIDTH] {
         let mut square = [T::Wide::<S>::from_array([T::zero(); WIDTH]); WIDTH];
         for (wide, row) in square.iter_mut().zip(&rows[start..start + WIDTH]) {
             *wide = T::Wide::<S>::from_array(row.0);
         }
         let square = transposed::<S, T>(square);
-        for (wide, column) in square.iter().zip(columns.iter_mut()) {
+        for (wide, column) in square.iter().zip(&mut columns) {
             column[start..start + WIDTH].copy_from_slice(&wide.to_array());
         }
     }

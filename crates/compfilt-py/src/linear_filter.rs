@@ -175,10 +175,16 @@ impl LinearFilter {
     /// backwards : {"raise", "restart"}
     ///     What to do when t decreases.
     /// exact : bool
-    ///     True keeps the order of the arithmetic, bit for bit that of a stream and of firmware. False permits another
-    ///     order of the sums where that is faster; at present none is used.
+    ///     True keeps the order of the arithmetic: bit for bit that of a stream and of firmware. False permits another order
+    ///     of the sums where that is faster: with fs, from 1024 samples on, for up to three channels, without period, delay,
+    ///     gap_cap and "trapezoid", and not for the rate filter. Parts of a channel are then filtered side by side. Level 0
+    ///     differs by up to 1e-13 of its largest value in float64 and 3e-5 in float32 for time constants of up to 1000
+    ///     samples, ten times that for 10 000; the other levels by some twenty times as much. Flags are the same. Stretches
+    ///     of some thousand samples with a missing one go the exact way. Neither workers nor the processor change a bit.
     /// workers : int
-    ///     Threads; the channels are shared out between them.
+    ///     Threads, as far as there are cores. Channels are shared out between them, in groups of eight that run side by
+    ///     side in each thread; with exact=False also the parts of one channel. Nothing is copied; each thread needs less
+    ///     than 1 MB.
     /// out : ndarray, optional
     ///     Where to write the result: shape of measurement, dtype of the result.
     ///

@@ -19,11 +19,7 @@ const BROKEN: usize = usize::MAX;
 impl<S: Clone> Relay<S> {
     /// The state before part 0.
     pub(crate) fn new(state: S) -> Self {
-        Self {
-            turn: AtomicUsize::new(0),
-            held: Mutex::new((0, state)),
-            changed: Condvar::new(),
-        }
+        Self { turn: AtomicUsize::new(0), held: Mutex::new((0, state)), changed: Condvar::new() }
     }
 
     /// Waits for the state before `part`; none comes if another worker has panicked.

@@ -33,6 +33,7 @@ pub(crate) fn ends<T: Scalar, const N: usize>(
 
 /// The state after each run from its own start at zero: weights times samples.
 #[inline(always)]
+#[allow(clippy::needless_range_loop)] // Several arrays go along with one index.
 fn products<S: Simd, T: Scalar, const N: usize>(
     _: S,
     runs: &BlockRuns<T, N>,
@@ -76,16 +77,17 @@ pub(crate) fn replay<T: Scalar, G: Recurrence<T, N>, const N: usize>(
     let mut lanes = [Row([T::zero(); WIDTH]); N];
     dispatch!(level, simd => {
         starts(simd, runs, levels, ends, &mut lanes);
-        turn_in(simd, pair.0, &mut tile.measurement);
-        turn_in(simd, pair.1, &mut tile.derivative);
+        turn_in(simd, pair.0.each_ref(), &mut tile.measurement);
+        turn_in(simd, pair.1.each_ref(), &mut tile.derivative);
         steps(simd, tile, std::slice::from_ref(gains), &mut lanes, TILE, all);
-        turn_out(simd, &tile.levels[0], out);
+        turn_out(simd, &tile.levels[0], out.each_mut());
     });
     lanes.iter().all(|row| are_finite(&row.0))
 }
 
 /// The state before each run.
 #[inline(always)]
+#[allow(clippy::needless_range_loop)] // Several arrays go along with one index.
 fn starts<S: Simd, T: Scalar, const N: usize>(
     _: S,
     runs: &BlockRuns<T, N>,

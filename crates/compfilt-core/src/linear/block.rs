@@ -53,25 +53,22 @@ impl<T: Real, const N: usize> Transition<T, N> {
 
     /// The map over `samples` equal steps to which their inputs add `offset`.
     pub fn repeated(&self, samples: usize, offset: SVector<T, N>) -> AffineMap<T, N> {
-        AffineMap { matrix: power(self.state, samples), offset }
+        AffineMap { matrix: self.power(samples), offset }
     }
-}
 
-/// `matrix^exponent` by squaring.
-fn power<T: Real, const N: usize>(
-    matrix: SMatrix<T, N, N>,
-    mut exponent: usize,
-) -> SMatrix<T, N, N> {
-    let mut power = SMatrix::identity();
-    let mut square = matrix;
-    while exponent > 0 {
-        if exponent % 2 == 1 {
-            power *= square;
+    /// `A^samples` by squaring.
+    fn power(&self, mut samples: usize) -> SMatrix<T, N, N> {
+        let mut power = SMatrix::identity();
+        let mut square = self.state;
+        while samples > 0 {
+            if samples % 2 == 1 {
+                power *= square;
+            }
+            square *= square;
+            samples /= 2;
         }
-        square *= square;
-        exponent /= 2;
+        power
     }
-    power
 }
 
 /// `x ↦ A x + b`: what a block of samples does to the state.
@@ -198,30 +195,30 @@ pub struct Runs<T: Real, const N: usize, const B: usize, const L: usize> {
     powers: [[[T; L]; N]; N],
     /// `A^B`.
     one: SMatrix<T, N, N>,
-    /// `A^(B L)`.
-    all: SMatrix<T, N, N>,
+    all: Motion<T, N>,
 }
 
 impl<T: Real, const N: usize, const B: usize, const L: usize> Runs<T, N, B, L> {
     /// The runs of a filter with `gains`: the weights are the step itself, run on impulses.
     pub fn of<D: Discretise<T, N>>(gains: &D::Gains) -> Self {
-        let one = power(Transition::of::<D>(gains).state, B);
+        let one = Motion::of::<D>(gains).repeated(B);
         let mut powers = [[[T::zero(); L]; N]; N];
-        let mut power = SMatrix::identity();
+        let mut all = Motion::none();
         for run in 0..L {
+            let power = all.matrix();
             for (row, powers) in powers.iter_mut().enumerate() {
                 for (column, powers) in powers.iter_mut().enumerate() {
                     powers[run] = power[(row, column)];
                 }
             }
-            power *= one;
+            all = all.then(&one);
         }
         Self {
             measurement: Self::weights(gains, T::one(), T::zero()),
             input: Self::weights(gains, T::zero(), T::one()),
             powers,
-            one,
-            all: power,
+            one: one.matrix(),
+            all,
         }
     }
 
@@ -266,11 +263,74 @@ impl<T: Real, const N: usize, const B: usize, const L: usize> Runs<T, N, B, L> {
     /// Moves the state on over all runs, which add `end`: the state after them from a start at zero.
     #[inline]
     pub fn over_all(&self, levels: &mut [T; N], end: &[T; N]) {
-        *levels = (SVector::from(*end) + self.all * SVector::from(*levels)).into();
+        self.all.follow(levels, end);
     }
 
-    /// The map over all runs `times` times in a row, from a start at zero to zero.
-    pub fn repeated(&self, times: usize) -> AffineMap<T, N> {
-        AffineMap { matrix: power(self.all, times), offset: SVector::zeros() }
+    /// How all runs `times` times in a row move the state.
+    pub fn repeated(&self, times: usize) -> Motion<T, N> {
+        self.all.repeated(times)
+    }
+}
+
+/// How steps without signals move the state, the prediction and what the corrections take away apart: `A = Φ - C`.
+///
+/// A slow filter takes little away in a step. In `A` alone that little would be rounded at the size of the state, and a chain
+/// of blocks collects such errors for as long as the filter remembers. Over a time in which the filter forgets, on the other
+/// hand, prediction and correction are large and cancel: then `Φ` is all of `A`, and `C` zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion<T: Real, const N: usize> {
+    predicted: SMatrix<T, N, N>,
+    corrected: SMatrix<T, N, N>,
+}
+
+impl<T: Real, const N: usize> Motion<T, N> {
+    fn none() -> Self {
+        Self { predicted: SMatrix::identity(), corrected: SMatrix::zeros() }
+    }
+
+    /// One step: `C = L Φ_0`.
+    fn of<D: Discretise<T, N>>(gains: &D::Gains) -> Self {
+        let rows = D::transition(gains).levels;
+        let predicted = SMatrix::from_fn(|row, column| rows[row][column]);
+        let corrected =
+            SMatrix::from_fn(|row, column| gains.correction()[row] * predicted[(0, column)]);
+        Self { predicted, corrected }
+    }
+
+    /// `A`.
+    fn matrix(&self) -> SMatrix<T, N, N> {
+        self.predicted - self.corrected
+    }
+
+    /// This motion, then `later`.
+    fn then(&self, later: &Self) -> Self {
+        let corrected = later.predicted * self.corrected + later.corrected * self.matrix();
+        let both = Self { predicted: later.predicted * self.predicted, corrected };
+        if both.corrected[(0, 0)] < T::literal(0.5) {
+            both
+        } else {
+            Self { predicted: later.matrix() * self.matrix(), corrected: SMatrix::zeros() }
+        }
+    }
+
+    /// This motion so many times, by squaring.
+    fn repeated(&self, mut times: usize) -> Self {
+        let mut power = Self::none();
+        let mut square = *self;
+        while times > 0 {
+            if times % 2 == 1 {
+                power = power.then(&square);
+            }
+            square = square.then(&square);
+            times /= 2;
+        }
+        power
+    }
+
+    /// Moves the state on over steps that add `end`: the state after them from a start at zero.
+    #[inline]
+    pub fn follow(&self, levels: &mut [T; N], end: &[T; N]) {
+        let x = SVector::from(*levels);
+        *levels = (self.predicted * x + (SVector::from(*end) - self.corrected * x)).into();
     }
 }
