@@ -185,11 +185,11 @@ def test_initial_levels(initial):
 
 @pytest.mark.parametrize("order", range(1, 7))
 def test_slow_filters_with_an_offset(order):
-    """A time constant of 10 000 samples; what both orders round is more than they differ by at 1/tau a sample."""
+    """A time constant of 10 000 samples: what a block takes away is small beside the state, and keeps its own precision."""
     y, u = signals(4 * CHUNK)
     case = Case("slow", lambda w: cf.Butterworth(w, order), no_reference)
     exact, blocks = both(case, y + 10.0, u, speed=0.01)
-    assert_close(blocks.levels[0], exact.levels[0], 1e-12)
+    assert_close(blocks.levels[0], exact.levels[0], 1e-13 if order <= 2 else 1e-12)
 
 
 @pytest.mark.parametrize(

@@ -275,7 +275,8 @@ impl<T: Real, const N: usize, const B: usize, const L: usize> Runs<T, N, B, L> {
 /// How steps without signals move the state, the prediction and what the corrections take away apart: `A = Φ - C`.
 ///
 /// A slow filter takes little away in a step. In `A` alone that little would be rounded at the size of the state, and a chain
-/// of blocks collects such errors for as long as the filter remembers.
+/// of blocks collects such errors for as long as the filter remembers. Over a time in which the filter forgets, on the other
+/// hand, prediction and correction are large and cancel: then `Φ` is all of `A`, and `C` zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion<T: Real, const N: usize> {
     predicted: SMatrix<T, N, N>,
@@ -304,7 +305,12 @@ impl<T: Real, const N: usize> Motion<T, N> {
     /// This motion, then `later`.
     fn then(&self, later: &Self) -> Self {
         let corrected = later.predicted * self.corrected + later.corrected * self.matrix();
-        Self { predicted: later.predicted * self.predicted, corrected }
+        let both = Self { predicted: later.predicted * self.predicted, corrected };
+        if both.corrected[(0, 0)] < T::literal(0.5) {
+            both
+        } else {
+            Self { predicted: later.matrix() * self.matrix(), corrected: SMatrix::zeros() }
+        }
     }
 
     /// This motion so many times, by squaring.
