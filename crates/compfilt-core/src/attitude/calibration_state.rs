@@ -161,8 +161,14 @@ impl<T: Number> SelfCalibrationState<T> {
         sum.is_number()
     }
 
-    /// `yes` where the mask is true, `no` elsewhere.
+    /// [`choose`](Self::choose) for what is rare: not part of a loop's code.
     #[inline(never)]
+    pub(super) fn choose_rarely(mask: T::Mask, yes: Self, no: Self) -> Self {
+        Self::choose(mask, yes, no)
+    }
+
+    /// `yes` where the mask is true, `no` elsewhere.
+    #[inline(always)]
     pub(super) fn choose(mask: T::Mask, yes: Self, no: Self) -> Self {
         let vector = |a: Vector3<T>, b: Vector3<T>| Vector::choose(mask, Vector(a), Vector(b)).0;
         let either = |a: T::Mask, b: T::Mask| mask & a | !mask & b;

@@ -186,7 +186,7 @@ impl<T: Number> SelfCalibratingFilter<T> {
         let paused = self.sensors.gap.less(dt) & state.started;
         let mut counted = dt;
         if paused.any() {
-            *state = SelfCalibrationState::choose(paused, state.renewed(), *state);
+            *state = SelfCalibrationState::choose_rarely(paused, state.renewed(), *state);
             flags.raise(Flags::RESTARTED, paused);
             counted = T::choose(paused, T::literal(0.0), dt);
         }
@@ -216,7 +216,7 @@ impl<T: Number> SelfCalibratingFilter<T> {
         self.heading.update(heading.0, heading.1, magnetic_field, dt, state.started, &mut flags);
         let lost = !state.is_finite();
         if lost.any() {
-            *state = SelfCalibrationState::choose(lost, SelfCalibrationState::new(), *state);
+            *state = SelfCalibrationState::choose_rarely(lost, SelfCalibrationState::new(), *state);
             flags.raise(Flags::RESTARTED, lost);
         }
         flags
@@ -230,8 +230,8 @@ impl<T: Number> SelfCalibratingFilter<T> {
         let (force, ahead, seen) = before.block.means();
         let force = force + ahead * self.total_delay(state);
         self.progress(state, &before.block, force, ahead);
-        let usual = ends & seen & before.settled;
-        if !usual.all() {
+        let usual = seen & before.settled;
+        if !(usual | !ends).all() {
             let (block, settled) = (Block::new(), T::Mask::same(true));
             let first = SelfCalibrationState { block, settled, mean: force.0, ..before };
             // The frame has turned, seen or not.
@@ -239,9 +239,12 @@ impl<T: Number> SelfCalibratingFilter<T> {
             for (index, slope) in unseen.slopes.iter_mut().enumerate() {
                 slope.mean = (Vector(slope.mean) + before.turned(index)).0;
             }
-            let other = SelfCalibrationState::choose(before.settled, *state, first);
-            let ended = SelfCalibrationState::choose(seen, other, unseen);
-            *state = SelfCalibrationState::choose(ends, ended, before);
+            let other = SelfCalibrationState::choose_rarely(before.settled, *state, first);
+            *state = SelfCalibrationState::choose_rarely(seen, other, unseen);
+        }
+        // Recordings side by side end their blocks at different times.
+        if !ends.all() {
+            *state = SelfCalibrationState::choose(ends, *state, before);
         }
     }
 
