@@ -17,7 +17,7 @@ use std::num::NonZeroUsize;
 use std::panic::resume_unwind;
 
 /// Rows after which the next channel has its turn, so that a block of rows stays in the cache.
-const ROWS: usize = 256;
+pub(crate) const ROWS: usize = 256;
 
 /// Rows in which the first measurement has most often come.
 pub(crate) const LEAD: usize = 4;
@@ -270,9 +270,9 @@ fn rows_of<T>(
 
 /// Where turns begin and end. The first is short where a channel still waits for its first measurement: what follows is
 /// plain again.
-pub(crate) fn turns(rows: usize, wait: bool) -> impl Iterator<Item = (usize, usize)> {
+pub(crate) fn turns(rows: usize, turn: usize, wait: bool) -> impl Iterator<Item = (usize, usize)> {
     let lead = if wait { rows.min(LEAD) } else { 0 };
-    let others = (lead..rows).step_by(ROWS).map(move |start| (start, rows.min(start + ROWS)));
+    let others = (lead..rows).step_by(turn).map(move |start| (start, rows.min(start + turn)));
     (lead > 0).then_some((0, lead)).into_iter().chain(others)
 }
 
@@ -361,7 +361,7 @@ pub(crate) fn run<T: Scalar, D: Discretise<T, N>, const N: usize>(
 ) -> D::Gains {
     let is_uniform = matches!(block.steps, Steps::Uniform);
     let wait = channels.iter().any(|channel| !channel.state.started);
-    for (start, end) in turns(block.measurement.nrows(), wait) {
+    for (start, end) in turns(block.measurement.nrows(), ROWS, wait) {
         let begin_gains = gains;
         for (c, channel) in channels.iter_mut().enumerate() {
             gains = begin_gains;
