@@ -62,10 +62,15 @@ impl<F: Family, T: Scalar> Bound<F, T> {
             flags = Flags::RESTARTED;
             dt = T::zero();
         }
+        self.set_step(dt);
+        flags
+    }
+
+    #[inline(always)]
+    fn set_step(&mut self, dt: T) {
         if dt != self.dt {
             (self.dt, self.gains) = (dt, F::gains(&self.filter, dt));
         }
-        flags
     }
 
     /// The rows of a recording from one on.
@@ -85,10 +90,8 @@ impl<F: Family, T: Scalar> Bound<F, T> {
 
 impl<F: Family, T: Scalar> Runner<T> for Bound<F, T> {
     fn follow(&mut self, dt: Option<Dt<T>>) {
-        if let Some(dt) = dt.map(Dt::seconds).or(self.sampled)
-            && dt != self.dt
-        {
-            (self.dt, self.gains) = (dt, F::gains(&self.filter, dt));
+        if let Some(dt) = dt.map(Dt::seconds).or(self.sampled) {
+            self.set_step(dt);
         }
     }
 

@@ -1,7 +1,7 @@
 //! Eight numbers at once: the one place that knows the processor.
 //!
-//! What is written with [`Wide64`] and [`Wide32`] is compiled for every instruction set that the library below knows (SSE2, AVX2, AVX-512, NEON) and
-//! chosen when it is called. Each of the eight goes through the operations of a scalar in the same order, none is fused, so the
+//! What is written with [`Wide64`] and [`Wide32`] is compiled for several instruction sets (SSE2, AVX2, AVX-512, NEON), one of which
+//! is chosen when it is called. Each of the eight goes through the operations of a scalar in the same order, none is fused, so the
 //! results are the same bits on all of them.
 //!
 //! Everything between `dispatch` and the operators must be inlined, or it is compiled for the oldest processor:
