@@ -59,6 +59,7 @@ def log(tmp_path_factory):
     columns |= {name: rng.normal(mean, 0.1, ROWS) for name, mean in (("ax", 0.1), ("ay", 0.2), ("az", 1.0))}
     columns["ay"][1490:1530] = np.nan
     columns["az"][2990:3020] = 1.0
+    columns["gz"][3990:4010] = 100.0
     notes = [f"row {i % 40}" for i in range(ROWS)]
     pq.write_table(pa.table({"t": t, "note": notes, **columns}), path, row_group_size=777)
     return path
@@ -148,9 +149,13 @@ def test_a_killed_run_is_taken_up(log, small, tmp_path, ending, where, at, resum
     assert killed.returncode == -signal.SIGKILL, killed.stderr
     assert not out.exists()
     summary = run_log(recipe, tmp_path / "log.parquet", out, resume=True)
-    assert summary.note == (f"resumed at row {resumed + 1}" if resumed else "what an earlier run left was of no use")
+    assert summary.note == (
+        f"resumed at row {resumed + 1}" if resumed else "what an earlier run left was of no use"
+    )
     assert out.read_bytes() == (tmp_path / f"whole.{ending}").read_bytes()
-    reports = [json.loads((tmp_path / f"{name}.{ending}.quality.json").read_text()) for name in ("out", "whole")]
+    reports = [
+        json.loads((tmp_path / f"{name}.{ending}.quality.json").read_text()) for name in ("out", "whole")
+    ]
     for report in reports:
         del report["log"], report["result"]
     assert reports[0] == reports[1]
@@ -256,7 +261,9 @@ def test_a_full_disk_keeps_what_is_sure(log, small, tmp_path):
     handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size * 2 // 3, limits[1]))
     try:
-        with pytest.raises(LogError, match=r"cannot be written: File too large; --resume goes on from the last"):
+        with pytest.raises(
+            LogError, match=r"cannot be written: File too large; --resume goes on from the last"
+        ):
             run_log(recipe, log, out)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)

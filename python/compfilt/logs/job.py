@@ -221,7 +221,7 @@ def run_log(
                     if resume
                     else "what an earlier run left was dropped"
                 )
-            truncated = _filter(reader, pipeline, draft, _Progress(reader, advance))
+            truncated = _filter(reader, pipeline, draft, _Progress(reader, advance, pipeline.rows))
             report = make_report(log, out, identity, pipeline, truncated)
             write_report(report, out)
     counts = pipeline.counts
@@ -250,10 +250,10 @@ def _taken_up(pipeline: Pipeline, draft: Draft, schema: pa.Schema) -> Pipeline:
 class _Progress:
     """Tell how far a log has been read and filtered, a few times a second."""
 
-    def __init__(self, reader: LogReader, advance: Advance | None) -> None:
+    def __init__(self, reader: LogReader, advance: Advance | None, rows: int) -> None:
         self._reader = reader
         self._advance = advance
-        self._bytes = self._rows = 0
+        self._bytes, self._rows = 0, rows
 
     def __call__(self, rows: int) -> None:
         if self._advance is not None:
