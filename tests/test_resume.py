@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pyarrow as pa
@@ -65,7 +66,7 @@ def log(tmp_path_factory):
     return path
 
 
-@pytest.fixture
+@pytest.fixture(autouse=True)
 def small(monkeypatch):
     """Row groups of 250 rows, a checkpoint after every 1000."""
     monkeypatch.setattr(writers, "ROWS_PER_GROUP", 250)
@@ -138,7 +139,7 @@ def command(folder, *arguments, code=None, **environment):
         ("named", 2000, 1000),
     ],
 )
-def test_a_killed_run_is_taken_up(log, small, tmp_path, ending, where, at, resumed):
+def test_a_killed_run_is_taken_up(log, tmp_path, ending, where, at, resumed):
     recipe = parse_recipe(recipe_text())
     run_log(recipe, log, tmp_path / f"whole.{ending}")
     shutil.copy2(log, tmp_path / "log.parquet")
@@ -163,7 +164,7 @@ def test_a_killed_run_is_taken_up(log, small, tmp_path, ending, where, at, resum
 
 
 @pytest.mark.parametrize("kind", FILTERS)
-def test_stopped_again_and_again(log, small, tmp_path, kind):
+def test_stopped_again_and_again(log, tmp_path, kind):
     """Every checkpoint is one from which the run goes on, whatever the filter."""
     recipe = parse_recipe(recipe_text(kind))
     whole = run_log(recipe, log, tmp_path / "whole.parquet")
@@ -189,8 +190,6 @@ class Stop:
     def __call__(self, _size, rows):
         self.left -= rows
         if self.left <= 0:
-            import time  # noqa: PLC0415
-
             time.sleep(0.1)
             raise KeyboardInterrupt
 
@@ -200,7 +199,7 @@ def stopped(recipe, log, out):
         run_log(recipe, log, out, advance=Stop(2500), batch_rows=100)
 
 
-def test_without_resume_a_run_begins_anew_and_says_so(log, small, tmp_path):
+def test_without_resume_a_run_begins_anew_and_says_so(log, tmp_path):
     recipe = parse_recipe(recipe_text())
     stopped(recipe, log, tmp_path / "out.csv")
     assert run_log(recipe, log, tmp_path / "out.csv").note == "what an earlier run left was dropped"
@@ -208,7 +207,7 @@ def test_without_resume_a_run_begins_anew_and_says_so(log, small, tmp_path):
 
 
 @pytest.mark.parametrize("change", ["recipe", "log", "touched", "checkpoint", "bytes"])
-def test_what_belongs_to_something_else_is_not_taken_up(log, small, tmp_path, change):
+def test_what_belongs_to_something_else_is_not_taken_up(log, tmp_path, change):
     recipe = parse_recipe(recipe_text())
     copy = tmp_path / "log.parquet"
     shutil.copy2(log, copy)
@@ -234,7 +233,7 @@ def test_what_belongs_to_something_else_is_not_taken_up(log, small, tmp_path, ch
     assert out.read_bytes() == (tmp_path / "whole.parquet").read_bytes()
 
 
-def test_a_checkpoint_is_not_a_pickle(log, small, tmp_path):
+def test_a_checkpoint_is_not_a_pickle(log, tmp_path):
     """What a stranger leaves in the folder is not run."""
     recipe = parse_recipe(recipe_text())
     stopped(recipe, log, tmp_path / "out.csv")
@@ -251,7 +250,7 @@ class Trap:
         return os.mkdir, (str(self.path),)
 
 
-def test_a_full_disk_keeps_what_is_sure(log, small, tmp_path):
+def test_a_full_disk_keeps_what_is_sure(log, tmp_path):
     resource = pytest.importorskip("resource")
     recipe = parse_recipe(recipe_text())
     run_log(recipe, log, tmp_path / "whole.parquet")
@@ -272,7 +271,7 @@ def test_a_full_disk_keeps_what_is_sure(log, small, tmp_path):
     assert out.read_bytes() == (tmp_path / "whole.parquet").read_bytes()
 
 
-def test_two_runs_do_not_write_the_same_result(log, small, tmp_path):
+def test_two_runs_do_not_write_the_same_result(log, tmp_path):
     pytest.importorskip("fcntl")
     recipe = parse_recipe(recipe_text())
     outcomes = []
@@ -303,7 +302,7 @@ def test_what_is_complete_is_left_alone(log, tmp_path):
     assert run_job(other, work, force=True).status == "done"
 
 
-def test_the_size_of_the_batches_does_not_show_in_the_bytes(log, small, tmp_path):
+def test_the_size_of_the_batches_does_not_show_in_the_bytes(log, tmp_path):
     recipe = parse_recipe(recipe_text())
     results = []
     for rows in (97, 1000, 100_000):

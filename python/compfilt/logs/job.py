@@ -109,6 +109,9 @@ class Outcome:
         """Whether something was wrong with the log."""
         return self.status in ("failed", "truncated")
 
+    def __str__(self) -> str:
+        return f"{self.job.log}: {self.message}"
+
 
 def run_job(
     recipe: Recipe, job: Job, *, force: bool = False, resume: bool = False, advance: Advance | None = None

@@ -1,16 +1,19 @@
 """Logs through a recipe: where the results go, and one log after the other or several at a time."""
 
+import functools
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from compfilt.logs.errors import UsageError
-from compfilt.logs.job import Advance, Job, Outcome, Summary, run_job, run_log
+from compfilt.logs.job import Job, Outcome, Summary, run_job, run_log
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.recipe import Recipe
+from compfilt.logs.watch import Watch
+from compfilt.logs.workers import run_in_workers
 from compfilt.logs.writers import check_ending, check_target
 
-__all__ = ["Job", "Outcome", "Summary", "plan", "run_job", "run_log", "run_logs"]
+__all__ = ["Job", "Outcome", "Summary", "plan", "prepare", "run_job", "run_log", "run_logs"]
 
 
 def plan(logs: Sequence[Path], out: str, *, force: bool = False, resume: bool = False) -> list[Job]:
@@ -58,11 +61,11 @@ def run_logs(
     recipe: Recipe,
     jobs: Sequence[Job],
     *,
+    workers: int = 1,
     force: bool = True,
     resume: bool = False,
-    advance: Advance | None = None,
-    report: Callable[[Outcome], object] = print,
-) -> int:
+    watch: Watch | None = None,
+) -> list[Outcome]:
     """Filter several logs; one that fails does not stop the others.
 
     Parameters
@@ -71,19 +74,20 @@ def run_logs(
         What to read, filter and write.
     jobs
         The logs and where their results go.
+    workers
+        How many logs to filter at a time, each in a process of its own. The results do not depend on it. More than one
+        need ``if __name__ == "__main__":`` in the script that asks for them, as all of Python's processes do.
     force
         Replace results that are there.
     resume
         Leave results that an earlier run completed, and go on with what it left.
-    advance
-        Called now and then with the bytes read and the rows filtered since the last call.
-    report
-        Takes how each log ended.
+    watch
+        Is told what happens.
 
     Returns
     -------
-    int
-        How many logs failed.
+    list of Outcome
+        How each job ended, in the order of the jobs.
 
     Raises
     ------
@@ -91,15 +95,30 @@ def run_logs(
         The filter cannot be built or does not have an output that the recipe asks for, or a folder cannot be made;
         no log was opened.
     """
+    prepare(recipe, jobs)
+    watch = watch or Watch()
+    if min(workers, len(jobs)) > 1:
+        return run_in_workers(recipe, jobs, workers, watch, force=force, resume=resume)
+    outcomes = []
+    for job in jobs:
+        watch.began(job)
+        advance = functools.partial(watch.advanced, job)
+        outcomes.append(run_job(recipe, job, force=force, resume=resume, advance=advance))
+        watch.ended(outcomes[-1])
+    return outcomes
+
+
+def prepare(recipe: Recipe, jobs: Sequence[Job]) -> None:
+    """Make the folders of the results, once it is clear that the filter can be built.
+
+    Raises
+    ------
+    UsageError
+        As :func:`run_logs`.
+    """
     Pipeline(recipe)  # what is wrong with the recipe is said once
     for folder in dict.fromkeys(job.out.parent for job in jobs):
         _make(folder)
-    failed = 0
-    for job in jobs:
-        outcome = run_job(recipe, job, force=force, resume=resume, advance=advance)
-        report(outcome)
-        failed += outcome.failed
-    return failed
 
 
 def _make(folder: Path) -> None:
