@@ -99,10 +99,8 @@ def task_of(name: str) -> Callable[[Path, Path], object]:
 
 def measure(name: str, log: Path, out: Path) -> tuple[float, float]:
     """Return the seconds and the peak of memory in MB, in a fresh process."""
-    answer = subprocess.check_output(  # noqa: S603
-        [sys.executable, __file__, "--task", name, str(log), str(out)],
-        text=True,
-    )
+    command = [sys.executable, __file__, "--task", name, str(log), str(out)]
+    answer = subprocess.check_output(command, text=True)  # noqa: S603
     seconds, peak = answer.split()
     out.unlink()
     return float(seconds), float(peak)
