@@ -88,7 +88,7 @@ def test_a_worker_that_dies_fails_its_own_log_only(logs, tmp_path, monkeypatch):
     assert [one.status for one in outcomes[2:]] == ["done"] * 3 + ["failed"] + ["done"] * 3
     assert not set(at_work.values()) <= {at_work[victim] for victim in victims}  # others took their places
     # The next run cleans up after it.
-    again = run_logs(parse_recipe(RECIPE), plan(victims[:1], str(out) + "/"))
+    again = run_logs(parse_recipe(RECIPE), plan(victims, str(out)))
     assert "what an earlier run left was dropped" in again[0].message
     assert not list(out.glob(".*"))
 

@@ -154,8 +154,9 @@ class Pipeline:
         if failures:
             # The first row of all, so that the message does not depend on how the log is cut.
             raise LogError(min(failures, key=operator.itemgetter(0))[1])
-        for fault in Faults:
-            self.faults[fault] += int(np.count_nonzero(faults & np.uint8(fault))) if faults.any() else 0
+        if faults.any():
+            for fault in Faults:
+                self.faults[fault] += int(np.count_nonzero(faults & np.uint8(fault)))
         return _Judged(values, faults, np.flatnonzero(restarts))
 
     def _times(self, timing: Timing | None, rows: int) -> tuple[Times | None, Rows | None, Rows | None]:
@@ -165,7 +166,9 @@ class Pipeline:
             coasting, holding = (mask if mask.any() else None for mask in masks)
             return timing.seconds, coasting, holding
         rate = self.recipe.clock.rate
-        return None if rate is None else np.arange(self.rows, self.rows + rows) / rate, None, None
+        if rate is None or not any(judge.needs_time for judge in self.judges):
+            return None, None, None
+        return np.arange(self.rows, self.rows + rows) / rate, None, None
 
     def _filter(self, judged: _Judged, seconds: Times | None, rows: int) -> list[Any]:
         """Run the stream over one batch, starting anew where the policy says so."""
@@ -197,7 +200,8 @@ class Pipeline:
                 continue
             parts = [channel.take(estimate, self._dtype) for estimate in estimates]
             dtype = schema.field(channel.name).type
-            arrays.append(pa.array(np.concatenate(parts) if parts else [], type=dtype))
+            values = parts[0] if len(parts) == 1 else np.concatenate(parts) if parts else []
+            arrays.append(pa.array(values, type=dtype))
         return pa.RecordBatch.from_arrays(arrays, schema=schema)
 
     @property

@@ -39,15 +39,17 @@ class Signal:
 
     def take(self, batch: pa.RecordBatch, dtype: npt.DTypeLike) -> npt.NDArray[np.floating]:
         """Take the signal out of a batch, in SI: (n,) of one column, (n, c) of several."""
-        channels = []
-        for column, scale in zip(self.columns, self.scale, strict=True):
+        # Column by column in memory, as they come and as they are looked at.
+        table = np.empty((batch.num_rows, len(self.columns)), dtype, order="F")
+        for place, (column, scale) in enumerate(zip(self.columns, self.scale, strict=True)):
             if column is None:
-                channels.append(np.full(batch.num_rows, np.nan, dtype))
+                table[:, place] = np.nan
                 continue
-            values = batch.column(column).to_numpy(zero_copy_only=False).astype(np.float64)
+            values = batch.column(column).to_numpy(zero_copy_only=False)
             # In float64, so that float32 is rounded once.
-            channels.append((values * (self.unit.factor * scale)).astype(dtype, copy=False))
-        return channels[0] if len(channels) == 1 else np.column_stack(channels)
+            factor = self.unit.factor * scale
+            np.multiply(values, factor, out=table[:, place], dtype=np.float64, casting="same_kind")
+        return table[:, 0] if len(self.columns) == 1 else table
 
 
 def parse_signal(
