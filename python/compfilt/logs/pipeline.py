@@ -15,6 +15,7 @@ from compfilt.logs.faults import FAULTS, Faults
 from compfilt.logs.judge import Judge
 from compfilt.logs.outputs import Channel, choose
 from compfilt.logs.recipe import Recipe
+from compfilt.logs.signals import from_numpy, to_numpy
 
 __all__ = ["Pipeline"]
 
@@ -127,7 +128,7 @@ class Pipeline:
         first_row = self.rows + 1
         timing = None
         if self.timeline is not None:
-            ticks = batch.column(self.timeline.column).to_numpy(zero_copy_only=False)
+            ticks = to_numpy(batch.column(self.timeline.column))
             timing = self.timeline.judge(self.timeline.seconds(ticks), first_row)
         judged = self._judge(batch, timing, first_row)
         estimates = self._filter(judged, None if timing is None else timing.seconds, batch.num_rows)
@@ -196,12 +197,13 @@ class Pipeline:
         arrays = [batch.column(name) for name in self.recipe.output.keep]
         for channel in self._channels:
             if channel.name == FAULTS:
-                arrays.append(pa.array(faults))
+                arrays.append(from_numpy(faults, pa.uint8()))
                 continue
             parts = [channel.take(estimate, self._dtype) for estimate in estimates]
             dtype = schema.field(channel.name).type
-            values = parts[0] if len(parts) == 1 else np.concatenate(parts) if parts else []
-            arrays.append(pa.array(values, type=dtype))
+            # A batch without rows has no parts.
+            joined: Any = parts[0] if len(parts) == 1 else np.concatenate(parts or [np.empty(0)])
+            arrays.append(from_numpy(joined, dtype))
         return pa.RecordBatch.from_arrays(arrays, schema=schema)
 
     @property
