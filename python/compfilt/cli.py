@@ -1,6 +1,7 @@
 """The command line. Each command is a thin face on a function of the library."""
 
 import contextlib
+import os
 import signal
 import sys
 from collections.abc import Iterator
@@ -51,26 +52,43 @@ def run(
         typer.Option("-o", "--out", metavar="OUT", help='A file; or a folder, or anything that ends in "/".'),
     ],
     *,
+    workers: Annotated[
+        int,
+        typer.Option(
+            min=0, help="How many logs to filter at a time, each in a process; 0 is one for each core."
+        ),
+    ] = 1,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Tell how each log ended in a line of JSON on stdout.")
+    ] = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on after a run that was stopped; what it completed stays.")
+    ] = False,
     force: Force = False,
 ) -> None:
     """Filter logs with a recipe.
 
     With several logs OUT is a folder, and each result has the name of its log. A result appears under its name only
-    when it is complete. A log that fails does not stop the others.
+    when it is complete; beside it, with ".quality.json" behind its name, a report on the log. A log that fails does not
+    stop the others. One that is damaged from some row on fails too, but its result has what could be read.
 
     Exit status: 0, 1 if a log failed, 2 if nothing was done.
     """
     from compfilt.logs.recipe import load_recipe  # noqa: PLC0415 - help and usage errors do not wait for Arrow
     from compfilt.logs.run import plan, run_logs  # noqa: PLC0415
+    from compfilt.logs.watch import JsonLines, Terminal  # noqa: PLC0415
 
-    with _one_line():
+    with _one_line("the same command with --resume goes on"):
         loaded = load_recipe(recipe)
-        jobs = plan(logs, out, force=force)
-        size = sum(log.stat().st_size for log in logs if log.is_file())
-        shown = sys.stderr.isatty()
-        with tqdm(total=size, unit="B", unit_scale=True, disable=not shown, leave=False) as bar:
-            failed = run_logs(loaded, jobs, advance=bar.update, report=_say)
-    if failed:
+        jobs = plan(logs, out, force=force, resume=resume)
+        watch = JsonLines(jobs) if as_json else Terminal(jobs)
+        try:
+            outcomes = run_logs(
+                loaded, jobs, workers=workers or os.cpu_count() or 1, force=force, resume=resume, watch=watch
+            )
+        finally:
+            watch.close()
+    if any(outcome.failed for outcome in outcomes):
         raise typer.Exit(1)
 
 
@@ -137,8 +155,8 @@ def _say(message: str) -> None:
 
 
 @contextlib.contextmanager
-def _one_line() -> Iterator[None]:
-    """Turn what can go wrong into one line and an exit status."""
+def _one_line(after_stop: str = "") -> Iterator[None]:
+    """Turn what can go wrong into one line and an exit status; `after_stop` says what to do after Ctrl-C."""
     try:
         yield
     except UsageError as error:
@@ -148,7 +166,7 @@ def _one_line() -> Iterator[None]:
         _say(str(error))
         raise typer.Exit(1) from None
     except KeyboardInterrupt:
-        _say("interrupted")
+        _say("interrupted" + (f"; {after_stop}" if after_stop else ""))
         raise typer.Exit(130) from None
 
 
