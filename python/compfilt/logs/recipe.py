@@ -7,6 +7,7 @@ from pathlib import Path
 from compfilt.logs.errors import RecipeError
 from compfilt.logs.kinds import KINDS, Filter
 from compfilt.logs.outputs import Output
+from compfilt.logs.readers.base import Columns
 from compfilt.logs.table import Table
 from compfilt.logs.units import ACCELERATION, TIME, Unit, parse_unit
 
@@ -56,6 +57,13 @@ class Recipe:
     filter: Filter
     policy: Policy
     output: Output
+    separator: str | None = None
+
+    @property
+    def columns(self) -> Columns:
+        """What is read of a log."""
+        time = () if self.clock.column is None else (self.clock.column,)
+        return Columns(self.signal_columns, time, self.output.keep, self.separator)
 
     @property
     def signal_columns(self) -> tuple[str, ...]:
@@ -119,6 +127,7 @@ def parse_recipe(text: str, source: str = "recipe") -> Recipe:
         filter_,
         _policy(policy_table, clock, holds=filter_.has_state),
         _output(output_table, filter_),
+        _separator(log_table),
     )
     for table in (log_table, filter_table, policy_table, output_table):
         table.close()
@@ -141,6 +150,16 @@ def _clock(log: Table, *, needed: bool) -> Clock:
     clock = Clock(time.text("column"), time.unit("unit", TIME), None)
     time.close()
     return clock
+
+
+def _separator(log: Table) -> str | None:
+    """Read what stands between the fields of a text log, where the file's ending does not tell it."""
+    if "separator" not in log:
+        return None
+    separator = log.text("separator")
+    if len(separator) != 1 or not separator.isascii() or separator in '\r\n"':
+        log.fail('must be one character, such as ";" or "\\t"', "separator")
+    return separator
 
 
 def _policy(policy: Table, clock: Clock, *, holds: bool) -> Policy:

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 from compfilt.logs.errors import LogError, UsageError
 from compfilt.logs.pipeline import Pipeline
-from compfilt.logs.readers import Columns, open_log
+from compfilt.logs.readers import check_library, open_log
 from compfilt.logs.recipe import Recipe
-from compfilt.logs.writers import check_ending, check_target, create_log
+from compfilt.logs.writers import check_ending, check_target, create_log, result_name
 
 __all__ = ["Job", "Summary", "plan", "run_log", "run_logs"]
 
@@ -69,9 +69,9 @@ def run_log(
     recipe
         What to read, filter and write.
     log
-        A CSV or Parquet file.
+        A log of any format that can be read.
     out
-        The result, CSV or Parquet by its ending. It is replaced if it is there, and only once it is complete.
+        The result, CSV, Parquet or Arrow by its ending. It is replaced if it is there, and only once it is complete.
     advance
         Called now and then with the number of bytes read since the last call.
     batch_bytes, batch_rows
@@ -91,9 +91,7 @@ def run_log(
     """
     out = Path(out)
     check_ending(out)
-    time = () if recipe.clock.column is None else (recipe.clock.column,)
-    columns = Columns(recipe.signal_columns, time, recipe.output.keep)
-    with open_log(log, columns, batch_bytes=batch_bytes, batch_rows=batch_rows) as reader:
+    with open_log(log, recipe.columns, batch_bytes=batch_bytes, batch_rows=batch_rows) as reader:
         pipeline = Pipeline(recipe, reader.schema)
         with create_log(out, pipeline.schema(reader.schema)) as writer:
             read = 0
@@ -114,7 +112,7 @@ def plan(logs: Sequence[Path], out: str, *, force: bool = False) -> list[Job]:
         The logs.
     out
         A file if there is one log; a folder, existing or ending in "/", or whenever there are several logs. In a
-        folder a result has the name of its log.
+        folder a result has the name of its log; that of a log in a format that is not written ends in ".parquet".
     force
         Replace results that are already there.
 
@@ -122,11 +120,13 @@ def plan(logs: Sequence[Path], out: str, *, force: bool = False) -> list[Job]:
     ------
     UsageError
         Two logs have the same name, a result is there already or is one of the logs, its ending is unknown, or
-        there is no folder for it.
+        there is no folder for it; or a library that reads one of the logs is not installed.
     """
     folder = len(logs) > 1 or out.endswith(("/", os.sep)) or Path(out).is_dir()
-    jobs = [Job(log, Path(out) / log.name if folder else Path(out)) for log in logs]
+    jobs = [Job(log, Path(out) / result_name(log) if folder else Path(out)) for log in logs]
     taken: dict[Path, Path] = {}
+    for log in logs:
+        check_library(log)
     inputs = {log.resolve() for log in logs}
     for log, target in jobs:
         if target.resolve() in inputs:

@@ -1,11 +1,12 @@
 """Results as files that are either complete or not there."""
 
 import contextlib
+import io
 import os
 import secrets
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import IO, Any, Protocol
+from typing import IO, Any, Protocol, cast
 
 import pyarrow as pa
 import pyarrow.compute
@@ -14,10 +15,18 @@ import pyarrow.parquet
 
 from compfilt.logs.errors import LogError, UsageError
 
-__all__ = ["FORMATS", "LogWriter", "check_ending", "check_target", "complete_file", "create_log"]
+__all__ = [
+    "FORMATS",
+    "LogWriter",
+    "check_ending",
+    "check_target",
+    "complete_file",
+    "create_log",
+    "result_name",
+]
 
 ROWS_PER_GROUP = 1 << 17
-"""How many rows a Parquet row group holds: small ones are slow to read, large ones take memory."""
+"""How many rows a Parquet row group or a batch of Arrow holds: small ones are slow to read, large ones take memory."""
 
 
 class LogWriter(Protocol):
@@ -56,11 +65,11 @@ def _nan_to_null(column: Any) -> Any:  # noqa: ANN401 - an array of any type
     return pa.compute.if_else(pa.compute.is_nan(column), pa.scalar(None, column.type), column)
 
 
-class _Parquet:
-    """A Parquet file; batches are gathered to row groups of a good size."""
+class _Gathered:
+    """A file in which batches are gathered to pieces of a good size."""
 
-    def __init__(self, file: IO[bytes], schema: pa.Schema) -> None:
-        self._writer = pa.parquet.ParquetWriter(file, schema)
+    def __init__(self, writer: Any) -> None:  # noqa: ANN401 - any writer of Arrow
+        self._writer = writer
         self._held: list[pa.RecordBatch] = []
         self._rows = 0
 
@@ -80,12 +89,39 @@ class _Parquet:
 
     def _flush(self) -> None:
         if self._held:
-            self._writer.write_table(pa.Table.from_batches(self._held), row_group_size=self._rows)
+            # One chunk, since Arrow would write each one as a batch of its own.
+            table = pa.Table.from_batches(self._held).combine_chunks()
+            self._writer.write_table(table, self._rows)
         self._held, self._rows = [], 0
 
 
-FORMATS: dict[str, Callable[[IO[bytes], pa.Schema], LogWriter]] = {".csv": _Csv, ".parquet": _Parquet}
+def _parquet(file: IO[bytes], schema: pa.Schema) -> LogWriter:
+    return _Gathered(pa.parquet.ParquetWriter(file, schema))
+
+
+def _arrow(file: IO[bytes], schema: pa.Schema) -> LogWriter:
+    """Write a Feather file, which is one of Arrow; not compressed, so that it can be mapped into memory."""
+    return _Gathered(pa.ipc.new_file(cast("io.IOBase", file), schema))
+
+
+FORMATS: dict[str, Callable[[IO[bytes], pa.Schema], LogWriter]] = {
+    ".csv": _Csv,
+    ".parquet": _parquet,
+    ".feather": _arrow,
+    ".arrow": _arrow,
+}
 """The endings of the files that can be written, and how."""
+
+
+def result_name(log: Path) -> str:
+    """Name a log's result in a folder: as the log, but in a format that is written."""
+    if log.suffix.lower() in FORMATS and not log.is_dir():
+        return log.name
+    name = log.name
+    if not log.is_dir():  # the folder of a bag may have a dot in its name
+        packed = log.suffix.lower() in {".gz", ".zst"}
+        name = Path(log.stem).stem if packed else log.stem
+    return f"{name}.parquet"
 
 
 def check_ending(path: Path, endings: Iterable[str] = tuple(FORMATS)) -> None:
@@ -132,7 +168,7 @@ def complete_file(path: Path) -> Iterator[IO[bytes]]:
 
 @contextlib.contextmanager
 def create_log(path: Path, schema: pa.Schema) -> Iterator[LogWriter]:
-    """Write a CSV or Parquet file, by its ending, as :func:`complete_file` does.
+    """Write a CSV, Parquet or Arrow file, by its ending, as :func:`complete_file` does.
 
     Raises
     ------
