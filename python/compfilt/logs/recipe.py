@@ -24,7 +24,10 @@ VERSION = 1
 
 @dataclass(frozen=True)
 class Clock:
-    """Where the time of a sample comes from: a column, or a constant rate in Hz."""
+    """Where the time of a sample comes from: a column, or a constant rate in Hz.
+
+    Without a unit, the column must tell it.
+    """
 
     column: str | None
     unit: Unit | None
@@ -147,7 +150,8 @@ def _clock(log: Table, *, needed: bool) -> Clock:
             log.fail(f"must be positive, not {rate:g}", "rate")
         return Clock(None, None, rate)
     time = log.table("time")
-    clock = Clock(time.text("column"), time.unit("unit", TIME), None)
+    column = time.text("column")
+    clock = Clock(column, time.unit("unit", TIME) if "unit" in time else None, None)
     time.close()
     return clock
 

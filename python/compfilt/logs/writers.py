@@ -1,7 +1,6 @@
 """Results as files that are either complete or not there."""
 
 import contextlib
-import io
 import os
 import secrets
 from collections.abc import Callable, Iterable, Iterator
@@ -101,7 +100,7 @@ def _parquet(file: IO[bytes], schema: pa.Schema) -> LogWriter:
 
 def _arrow(file: IO[bytes], schema: pa.Schema) -> LogWriter:
     """Write a Feather file, which is one of Arrow; not compressed, so that it can be mapped into memory."""
-    return _Gathered(pa.ipc.new_file(cast("io.IOBase", file), schema))
+    return _Gathered(pa.ipc.new_file(cast("Any", file), schema))
 
 
 FORMATS: dict[str, Callable[[IO[bytes], pa.Schema], LogWriter]] = {

@@ -86,9 +86,11 @@ def _begin(path: Path, separator: str, size: int) -> Any:  # noqa: ANN401 - a ta
         raise LogError(f"the first line is longer than {size} bytes: these are no names of columns")
     with _plain_errors([], size):
         table = _parse(text, separator) if text else None
-        if table is None or not table.num_rows:
+        if source.failure and last and (table is None or not table.num_rows):
             # The last row shows what the columns hold only if there is no other.
             table = _parse(text + b"".join(last), separator)
+        if table is None:
+            raise LogError("the file holds no rows")
         table.schema.names  # noqa: B018 - raises if they are no text
         return table
 
