@@ -47,18 +47,21 @@ def open_reader(path: Path, columns: Columns, _batch_bytes: int, batch_rows: int
         stream = _stream(source, pa.ipc.IpcReadOptions(included_fields=wanted))
         schema = pa.schema([held.field(name) for name in columns.all])
         ended = _has_end(source)
+        done = False
 
         def batches() -> Iterator[pa.RecordBatch]:
+            nonlocal done
             rows = 0
             for batch in rows_or_truncated(_pieces(stream, batch_rows)):
                 rows += batch.num_rows
                 yield batch.select(columns.all)
+            done = True
             if not ended:
                 raise TruncatedLog(rows, "the file ends too early")
             if not rows:
                 raise LogError("the file holds no rows")
 
-        yield Reading(schema, source.size(), batches, source.tell)
+        yield Reading(schema, source.size(), batches, lambda: source.size() if done else source.tell())
 
 
 def _pieces(stream: Any, rows: int) -> Iterator[pa.RecordBatch]:  # noqa: ANN401 - the stubs do not know the class

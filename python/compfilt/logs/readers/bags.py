@@ -20,7 +20,7 @@ from rosbags.rosbag2 import ReaderError as Reader2Error
 from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, TypesysError, get_typestore
 
-from compfilt.logs.errors import LogError, quoted
+from compfilt.logs.errors import LogError, TruncatedLog, quoted
 from compfilt.logs.readers.base import (
     Columns,
     LogReader,
@@ -29,9 +29,11 @@ from compfilt.logs.readers.base import (
     check_present,
     check_rows,
     plain_errors,
+    reason,
     rows_or_truncated,
     size_of,
 )
+from compfilt.logs.readers.mended import MendedMcap, is_cut
 
 __all__ = ["open_reader", "read_columns"]
 
@@ -85,6 +87,7 @@ def read_columns(path: Path) -> pa.Schema:
 def open_reader(path: Path, columns: Columns, _batch_bytes: int, batch_rows: int) -> Iterator[LogReader]:
     """Open a bag; its messages are read in the order in which they were recorded."""
     topic = _one_topic(columns)
+    cut = path.suffix.lower() == ".mcap" and is_cut(path)
     with _opened(path) as bag:
         connections = [connection for connection in bag.connections if connection.topic == topic]
         if not connections:
@@ -113,6 +116,8 @@ def open_reader(path: Path, columns: Columns, _batch_bytes: int, batch_rows: int
             for batch in rows_or_truncated(_gathered(rows(), schema, batch_rows), *BROKEN):
                 done += batch.num_rows
                 yield batch
+            if cut:
+                raise TruncatedLog(done, "the file ends too early")
 
         size = size_of(path)
         yield Reading(schema, size, batches, lambda: size * done // count)
@@ -154,10 +159,20 @@ def _batch(rows: list[tuple[Any, ...]], schema: pa.Schema) -> pa.RecordBatch:
 
 @contextlib.contextmanager
 def _opened(path: Path) -> Iterator[AnyReader]:
+    shown: Any = path
+    if path.suffix.lower() == ".mcap" and is_cut(path):
+        shown = MendedMcap(path)
     with plain_errors(*BROKEN):
         # Bags of older releases of ROS 2 do not hold the types of their messages.
-        bag = AnyReader([path], default_typestore=get_typestore(Stores.LATEST))
-        bag.open()
+        bag = AnyReader([shown], default_typestore=get_typestore(Stores.LATEST))
+        try:
+            bag.open()
+        except AnyReaderError as error:
+            if path.suffix.lower() == ".bag" and "index" in str(error):
+                raise LogError(
+                    f"the bag has no index, or a damaged one: {reason(error)}; rosbag reindex makes it anew"
+                ) from None
+            raise
     try:
         yield bag
     finally:

@@ -194,9 +194,20 @@ def plain_errors(*kinds: type[Exception]) -> Iterator[None]:
         raise LogError(f"the file is damaged or of another kind: {reason(error)}") from None
 
 
-def rows_or_truncated(batches: Iterator[pa.RecordBatch], *kinds: type[Exception]) -> Iterator[pa.RecordBatch]:
-    """Yield batches; an error of the library that reads them means that no more of the log can be read."""
-    rows = 0
+def rows_or_truncated(
+    batches: Iterator[pa.RecordBatch], *kinds: type[Exception], rows: int = 0
+) -> Iterator[pa.RecordBatch]:
+    """Yield batches; an error of the library that reads them means that no more of the log can be read.
+
+    Parameters
+    ----------
+    batches
+        Where they come from.
+    kinds
+        What the library raises on damaged files, besides Arrow's and the system's errors.
+    rows
+        How many rows came before.
+    """
     while True:
         try:
             batch = next(batches)

@@ -68,7 +68,7 @@ def read_columns(path: Path) -> pa.Schema:
 @contextlib.contextmanager
 def open_reader(path: Path, columns: Columns, _batch_bytes: int, batch_rows: int) -> Iterator[LogReader]:
     """Open an archive; every array is read from front to back, piece by piece."""
-    with _archive(path) as archive:
+    with _archive(path) as archive, contextlib.ExitStack() as stack:
         arrays = _arrays(archive)
         check_present(list(_columns(arrays)), columns.all)
         schema = pa.schema([(name, pyarrow_type(_of(arrays, name).dtype, name)) for name in columns.all])
@@ -79,7 +79,7 @@ def open_reader(path: Path, columns: Columns, _batch_bytes: int, batch_rows: int
             raise LogError(f"column {quoted(first)} has {one} rows, but {quoted(second)} has {other}")
         count = next(iter(rows))
         check_rows(count)
-        readers = [_open_column(archive, arrays, name) for name in columns.all]
+        readers = [_open_column(archive, stack, arrays, name) for name in columns.all]
         batch_rows = min(batch_rows, *(reader.rows_at_a_time for reader in readers))
         done = 0
 
@@ -176,9 +176,11 @@ def _of(arrays: dict[str, _Array], column: str) -> _Array:
     return arrays[column] if column in arrays else arrays[split_element(column)[0]]
 
 
-def _open_column(archive: zipfile.ZipFile, arrays: dict[str, _Array], name: str) -> _Column:
+def _open_column(
+    archive: zipfile.ZipFile, stack: contextlib.ExitStack, arrays: dict[str, _Array], name: str
+) -> _Column:
     member, element = (name, None) if name in arrays else split_element(name)
     with plain_errors(*BROKEN):
-        file = archive.open(f"{member}.npy")
+        file = stack.enter_context(archive.open(f"{member}.npy"))
         _header(file)
         return _Column(file, arrays[member], element)

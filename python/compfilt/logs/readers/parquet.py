@@ -7,6 +7,7 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet
 
+from compfilt.logs.errors import TruncatedLog
 from compfilt.logs.readers.base import (
     Columns,
     LogReader,
@@ -43,8 +44,29 @@ def open_reader(path: Path, columns: Columns, _batch_bytes: int, batch_rows: int
 
         def batches() -> Iterator[pa.RecordBatch]:
             nonlocal rows
-            for batch in rows_or_truncated(file.iter_batches(batch_rows, columns=columns.all)):
-                rows += batch.num_rows
-                yield batch.select(columns.all)
+            try:
+                for batch in rows_or_truncated(file.iter_batches(batch_rows, columns=columns.all)):
+                    rows += batch.num_rows
+                    yield batch.select(columns.all)
+            except TruncatedLog:
+                # A batch may hold several row groups, of which the first ones may be whole.
+                rest = _by_groups(file, columns.all, rows, batch_rows)
+                for batch in rows_or_truncated(rest, rows=rows):
+                    rows += batch.num_rows
+                    yield batch.select(columns.all)
 
         yield Reading(schema, size, batches, lambda: size * rows // file.metadata.num_rows)
+
+
+def _by_groups(
+    file: pa.parquet.ParquetFile, names: list[str], first: int, batch_rows: int
+) -> Iterator[pa.RecordBatch]:
+    """Read the rows from one on, each row group for itself."""
+    begin = 0
+    for group in range(file.num_row_groups):
+        end = begin + file.metadata.row_group(group).num_rows
+        if end > first:
+            for batch in file.iter_batches(batch_rows, row_groups=[group], columns=names):
+                yield batch.slice(min(batch.num_rows, max(0, first - begin)))
+                begin += batch.num_rows
+        begin = end

@@ -17,6 +17,9 @@ from compfilt.logs.readers.rows import RowSource
 
 __all__ = ["open_reader", "read_columns"]
 
+LARGE_TICKS = 2**48
+"""Times beyond it are whole µs or ns of an epoch, of which no log has fractions: they are counted exactly."""
+
 
 def read_columns(path: Path) -> pa.Schema:
     """Read which columns a file has, and what they hold at its beginning."""
@@ -105,7 +108,8 @@ def _parse(text: bytes, separator: str) -> Any:  # noqa: ANN401 - a table
 
 def _types(first: Any, columns: Columns) -> dict[str, Any]:  # noqa: ANN401 - a table, and types
     """Choose the types of the columns: numbers for the signals, what they begin with for the others."""
-    types = {name: _kept_type(first.column(name)) for name in (*columns.keep, *columns.time)}
+    types = {name: _kept_type(first.column(name)) for name in columns.keep}
+    types |= {name: _kept_type(first.column(name), LARGE_TICKS) for name in columns.time}
     for name in columns.time:
         if is_time(types[name]):
             # The first rows may be at whole seconds by chance.
@@ -115,7 +119,7 @@ def _types(first: Any, columns: Columns) -> dict[str, Any]:  # noqa: ANN401 - a 
     return types | {name: pa.float64() for name in columns.signals}
 
 
-def _kept_type(values: Any) -> Any:  # noqa: ANN401 - an array of any type, and its type
+def _kept_type(values: Any, exact: int = 2**53) -> Any:  # noqa: ANN401 - an array of any type, and its type
     """Choose the type of a kept column from the log's first block.
 
     A column that begins with whole numbers may go on with others: it is read as float64, unless that would change
@@ -126,7 +130,7 @@ def _kept_type(values: Any) -> Any:  # noqa: ANN401 - an array of any type, and 
     if pa.types.is_integer(values.type):
         ends = pa.compute.min_max(values)
         largest = max(abs(ends[end].as_py()) for end in ("min", "max"))
-        return pa.int64() if largest > 2**53 else pa.float64()
+        return pa.int64() if largest > exact else pa.float64()
     return values.type
 
 
