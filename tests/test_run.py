@@ -275,7 +275,9 @@ def test_a_result_follows_the_umask(recipe, csv, tmp_path):
 def test_results_that_cannot_be_written(recipe, csv, tmp_path):
     with pytest.raises(LogError, match=r"nowhere/out\.csv cannot be written: No such file or directory"):
         run_log(recipe, csv, tmp_path / "nowhere" / "out.csv")
-    with pytest.raises(UsageError, match=r'cannot write a file that ends in "\.xls"; use \.csv or \.parquet or'):
+    with pytest.raises(
+        UsageError, match=r'cannot write a file that ends in "\.xls"; use \.csv or \.parquet or'
+    ):
         run_log(recipe, csv, tmp_path / "out.xls")
 
 

@@ -55,6 +55,10 @@ def open_reader(path: Path, columns: Columns, _batch_bytes: int, batch_rows: int
                     rows += batch.num_rows
                     yield batch.select(columns.all)
 
+            declared = file.metadata.num_rows
+            if rows < declared:
+                raise TruncatedLog(rows, f"the file declares {declared} rows, but does not have them")
+
         yield Reading(schema, size, batches, lambda: size * rows // file.metadata.num_rows)
 
 

@@ -1,11 +1,12 @@
 """Text files: CSV and other separators, compressed or not."""
 
 import contextlib
+import csv
 import io
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import IO, Any, cast
+from typing import Any
 
 import pyarrow as pa
 import pyarrow.compute
@@ -23,7 +24,9 @@ LARGE_TICKS = 2**48
 
 def read_columns(path: Path) -> pa.Schema:
     """Read which columns a file has, and what they hold at its beginning."""
-    schema: pa.Schema = _begin(path, _separator(path, None), 1 << 20).schema
+    separator = _separator(path, None)
+    begin = _begin(path, 1 << 20)
+    schema: pa.Schema = _sample(begin, separator, _header(begin, separator)).schema
     return schema
 
 
@@ -32,36 +35,28 @@ def open_reader(path: Path, columns: Columns, batch_bytes: int, _batch_rows: int
     """Open a file with one header row."""
     separator = _separator(path, columns.separator)
     # The first block is read twice: once to see the header and what the columns hold.
-    first = _begin(path, separator, batch_bytes)
-    header = first.schema.names
+    begin = _begin(path, batch_bytes)
+    header = _header(begin, separator)
     check_present(header, columns.all)
+    first = _sample(begin, separator, columns.all)
     if not first.num_rows:
         raise LogError("the file holds no rows")
-    parse = pa.csv.ParseOptions(delimiter=separator)
-    convert = pa.csv.ConvertOptions(column_types=_types(first, columns), include_columns=columns.all)
+    types = _types(first, columns)
+    form = _Form(header, separator, types)
 
-    def judge(row: bytes, ended: bool) -> str:
-        return _why_cut(row, ended, header, parse, convert)
-
-    with contextlib.closing(RowSource(path, judge, batch_bytes)) as source:
-        # One thread is faster here than several, since a batch is small, and Arrow then knows the row of an error.
-        read = pa.csv.ReadOptions(use_threads=False, block_size=batch_bytes)
-        with _plain_errors(header, batch_bytes):
-            reader = pa.csv.open_csv(
-                cast("IO[bytes]", source), read_options=read, parse_options=parse, convert_options=convert
-            )
+    with contextlib.closing(RowSource(path, form.why_cut, batch_bytes)) as source:
 
         def batches() -> Iterator[pa.RecordBatch]:
             rows = 0
-            with _plain_errors(header, batch_bytes):
-                for batch in reader:
+            for number, block in enumerate(source.blocks()):
+                for batch in form.parse(block, rows, first=number == 0):
                     rows += batch.num_rows
                     yield batch
             if source.failure:
                 raise TruncatedLog(rows, source.failure)
 
-        with reader:
-            yield Reading(reader.schema, source.size, batches, source.position)
+        schema = pa.schema([(name, types[name]) for name in columns.all])
+        yield Reading(schema, source.size, batches, source.position)
 
 
 def _separator(path: Path, chosen: str | None) -> str:
@@ -71,8 +66,8 @@ def _separator(path: Path, chosen: str | None) -> str:
     return "\t" if ".tsv" in path.suffixes[-2:] else ","
 
 
-def _begin(path: Path, separator: str, size: int) -> Any:  # noqa: ANN401 - a table
-    """Read the rows that stand completely in the first block."""
+def _begin(path: Path, size: int) -> bytes:
+    """Read the rows that stand completely in the first block; the last row of the file only if there is no other."""
     last: list[bytes] = []
 
     def judge(row: bytes, ended: bool) -> str:
@@ -80,30 +75,76 @@ def _begin(path: Path, separator: str, size: int) -> Any:  # noqa: ANN401 - a ta
         return "" if ended else "it may be cut off"
 
     with contextlib.closing(RowSource(path, judge, size)) as source:
-        text = b""
-        while len(text) < size and (part := source.read(size - len(text))):
-            text += part
-    if source.failure and not text and not last:
-        raise LogError(source.failure)
-    if b"\n" not in text and b"\r" not in text and len(text) >= size:
-        raise LogError(f"the first line is longer than {size} bytes: these are no names of columns")
-    with _plain_errors([], size):
-        table = _parse(text, separator) if text else None
-        if source.failure and last and (table is None or not table.num_rows):
-            # The last row shows what the columns hold only if there is no other.
-            table = _parse(text + b"".join(last), separator)
-        if table is None:
-            raise LogError("the file holds no rows")
-        table.schema.names  # noqa: B018 - raises if they are no text
-        return table
+        blocks = source.blocks()
+        text = next(blocks, b"")
+        if len(text) < size // 2:
+            text += next(blocks, b"")
+    if last and source.failure and text.count(b"\n") + text.count(b"\r") < 2:
+        text += last[0]
+    if not text:
+        raise LogError(source.failure or "the file holds no rows")
+    return text
 
 
-def _parse(text: bytes, separator: str) -> Any:  # noqa: ANN401 - a table
-    """Read some rows, whatever they hold; the damaged ones are named when the log is read."""
+def _header(begin: bytes, separator: str) -> list[str]:
+    """Read the names of the columns."""
+    try:
+        text = begin.lstrip(b"\r\n").splitlines()[0].decode("utf-8-sig")
+        return next(csv.reader([text], delimiter=separator))
+    except UnicodeDecodeError:
+        raise LogError("this is not a text in UTF-8") from None
+    except (csv.Error, IndexError, StopIteration):
+        raise LogError("the first line does not name columns") from None
+
+
+def _sample(begin: bytes, separator: str, names: list[str]) -> Any:  # noqa: ANN401 - a table
+    """Read some columns, whatever they hold; the damaged rows are named when the log is read."""
     parse = pa.csv.ParseOptions(delimiter=separator, invalid_row_handler=lambda _: "skip")
-    return pa.csv.read_csv(
-        io.BytesIO(text), read_options=pa.csv.ReadOptions(use_threads=False), parse_options=parse
-    )
+    with _plain_errors([]):
+        return pa.csv.read_csv(
+            io.BytesIO(begin),
+            read_options=pa.csv.ReadOptions(use_threads=False, block_size=2 * len(begin)),
+            parse_options=parse,
+            convert_options=pa.csv.ConvertOptions(include_columns=names),
+        )
+
+
+class _Form:
+    """How a text becomes columns."""
+
+    def __init__(self, header: list[str], separator: str, types: dict[str, Any]) -> None:
+        self._header = header
+        self._parse = pa.csv.ParseOptions(delimiter=separator)
+        self._convert = pa.csv.ConvertOptions(column_types=types, include_columns=list(types))
+
+    def parse(self, block: bytes, rows: int, *, first: bool) -> list[pa.RecordBatch]:
+        """Read a block of whole rows; the log's first one begins with the header."""
+        if not block.strip():
+            return []
+        with _plain_errors(self._header, 0 if first else rows + 1):
+            batches: list[pa.RecordBatch] = self._read(block, [] if first else self._header).to_batches()
+            return batches
+
+    def why_cut(self, row: bytes, ended: bool) -> str:
+        """Say why the last row of a file is one that was cut off, or nothing if it is whole or wrong in another way.
+
+        A row that has all its fields is whole, though nobody can tell whether its last number was longer.
+        """
+        try:
+            self._read(row, self._header)
+        except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
+            if match := _BAD_ROW.search(str(error)):
+                short = int(match[3]) < int(match[2])
+                return f"its last row has {match[3]} fields, not {match[2]}" if short else ""
+            return "" if ended else "its last row ends within a field"
+        return ""
+
+    def _read(self, text: bytes, names: list[str]) -> Any:  # noqa: ANN401 - a table
+        # One thread is faster here than several, since a block is small, and Arrow then knows the row of an error.
+        read = pa.csv.ReadOptions(column_names=names, use_threads=False, block_size=len(text) + 1)
+        return pa.csv.read_csv(
+            io.BytesIO(text), read_options=read, parse_options=self._parse, convert_options=self._convert
+        )
 
 
 def _types(first: Any, columns: Columns) -> dict[str, Any]:  # noqa: ANN401 - a table, and types
@@ -134,24 +175,6 @@ def _kept_type(values: Any, exact: int = 2**53) -> Any:  # noqa: ANN401 - an arr
     return values.type
 
 
-def _why_cut(
-    row: bytes, ended: bool, header: Sequence[str], parse: pa.csv.ParseOptions, convert: pa.csv.ConvertOptions
-) -> str:
-    """Say why the last row of a file is one that was cut off, or nothing if it is whole or wrong in another way.
-
-    A row that has all its fields is whole, though nobody can tell whether its last number was longer.
-    """
-    names = pa.csv.ReadOptions(column_names=list(header), use_threads=False)
-    try:
-        pa.csv.read_csv(io.BytesIO(row), read_options=names, parse_options=parse, convert_options=convert)
-    except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
-        if match := _BAD_ROW.search(str(error)):
-            short = int(match[3]) < int(match[2])
-            return f"its last row has {match[3]} fields, not {match[2]}" if short else ""
-        return "" if ended else "its last row ends within a field"
-    return ""
-
-
 _BAD_VALUE = re.compile(
     r"In CSV column #(\d+): (?:Row #(\d+): )?CSV conversion error to ([^:]+): invalid value '(.*)'"
 )
@@ -159,8 +182,16 @@ _BAD_ROW = re.compile(r"CSV parse error: (?:Row #(\d+): )?Expected (\d+) columns
 
 
 @contextlib.contextmanager
-def _plain_errors(names: Sequence[str], block: int) -> Iterator[None]:
-    """Turn the errors of Arrow into a sentence about this log; `names` are the columns in the file's order."""
+def _plain_errors(names: Sequence[str], before: int = 0) -> Iterator[None]:
+    """Turn the errors of Arrow into a sentence about this log.
+
+    Parameters
+    ----------
+    names
+        The columns in the file's order.
+    before
+        How many lines come before those that are read.
+    """
     try:
         yield
     except UnicodeDecodeError:
@@ -168,14 +199,12 @@ def _plain_errors(names: Sequence[str], block: int) -> Iterator[None]:
     except (pa.ArrowException, OSError) as error:
         text = reason(error)
         if match := _BAD_VALUE.search(text):
-            line = f"line {match[2]}: " if match[2] else ""
+            line = f"line {before + int(match[2])}: " if match[2] else ""
             wanted = "a time" if match[3].startswith("timestamp") else "a number"
             raise LogError(
                 f"{line}column {quoted(names[int(match[1])])} holds {quoted(match[4])}, not {wanted}"
             ) from None
         if match := _BAD_ROW.search(text):
-            line = f"line {match[1]}" if match[1] else "a line"
+            line = f"line {before + int(match[1])}" if match[1] else "a line"
             raise LogError(f"{line} has {match[3]} fields, not {match[2]}") from None
-        if "straddl" in text:
-            raise LogError(f"a line is longer than {block} bytes") from None
         raise LogError(f"the file is damaged or of another kind: {text}") from None

@@ -166,13 +166,15 @@ def _fields(formats: dict[str, Any], topic: str) -> list[tuple[str, str]]:
     """
     fields: list[tuple[str, str]] = []
     left = [(topic, "", 0)]
+    seen = 0
     while left:
         kind, name, depth = left.pop()
+        seen += 1
         if kind in ULog._UNPACK_TYPES:  # noqa: SLF001 - the types of the format
             fields.append((name, kind))
             continue
         for below, size, part in reversed(formats.get(kind, [])):
-            if len(fields) + len(left) + size > MOST_FIELDS or depth > DEEPEST:
+            if seen + len(left) + size > MOST_FIELDS or depth > DEEPEST:
                 raise LogError(f"the topic {quoted(topic)} declares more than {MOST_FIELDS} fields")
             full = f"{name}.{part}" if name else part
             names = [f"{full}[{i}]" for i in range(size)] if size else [full]
