@@ -156,9 +156,9 @@ def test_a_killed_run_is_taken_up(log, tmp_path, ending, where, at, resumed):
     assert killed.returncode == -signal.SIGKILL, killed.stderr
     assert not out.exists()
     summary = run_log(recipe, tmp_path / "log.parquet", out, resume=True)
-    assert summary.note == (
-        f"resumed at row {resumed + 1}" if resumed else "what an earlier run left was of no use"
-    )
+    # Whether the first rows had reached the file when the process died is a matter of chance.
+    begun = ("what an earlier run left was of no use", "")
+    assert summary.note in ((f"resumed at row {resumed + 1}",) if resumed else begun)
     assert out.read_bytes() == (tmp_path / f"whole.{ending}").read_bytes()
     reports = [
         json.loads((tmp_path / f"{name}.{ending}.quality.json").read_text()) for name in ("out", "whole")
