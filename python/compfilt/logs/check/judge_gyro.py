@@ -51,16 +51,15 @@ def compare(survey: Survey, rests: list[Rest]) -> Comparison:
         trials[sensor] = trial, fit(survey.segments, rates, vector, bias, start)
         if trial.sure and trial.unturned_margin > 4.0:
             scale = trial.scale
-    found = read_scale(survey, list(trials.values()))
     gravity, field = (trials[name][0] if name in trials else None for name in ("accelerometer", "magnetometer"))
     mounting = decide(gravity, field)
     carried = None
-    if gravity is not None and rests:
-        factor = 1.0 if found.claimed else found.factor
-        matrix = factor * mounting.accelerometer.T @ mounting.gyro
-        if np.linalg.det(mounting.accelerometer) < 0.0:
-            matrix = -matrix
+    if gravity is not None:
+        # What turns the claimed rate into the accelerometer's own axes: see `mounting`.
+        force = mounting.accelerometer
+        matrix = gravity.scale * float(np.linalg.det(force)) * force.T @ mounting.gyro
         carried = carry_between_rests(survey, rests, bias, matrix)
+    found = read_scale(survey, list(trials.values()), carried.scale if carried is not None else None)
     return Comparison(trials, found, mounting, carried)
 
 
@@ -141,7 +140,7 @@ def _axes(survey: Survey, seen: Comparison) -> Iterator[Finding]:
         return
     gravity = seen.trials.get("accelerometer")
     for sensor, (trial, _) in seen.trials.items():
-        if trial.sure and trial.accepts_claim:
+        if trial.sure and trial.accepts_axes:
             yield Finding(
                 "axes", "note", f"gyro and {sensor} agree", f"{_number(sensor, trial)}; every other of 48 ways is worse"
             )
@@ -153,7 +152,7 @@ def _axes(survey: Survey, seen: Comparison) -> Iterator[Finding]:
 
 def _left_open(trial: Trial) -> str:
     """Say what the log does not tell."""
-    if not trial.accepts_claim:
+    if not trial.accepts_axes:
         return "they do not fit as claimed, and no other way is beyond doubt"
     return f"as claimed fits, but so do {len(trial.open) - 1} of the 47 other ways: there is too little turning to tell"
 

@@ -20,9 +20,9 @@ def judge_time(survey: Survey) -> Iterator[Finding]:
         if 0 < survey.channels.repeated < 0.3 * survey.rows:
             yield Finding(
                 "duplicates",
-                "wrong",
+                "note",
                 f"{survey.channels.repeated} rows repeat the row before in every signal",
-                "noise does not repeat in all columns at once, and at a constant rate a row too many is time too much",
+                "with a constant rate it cannot be told whether they stand for lost samples or are too many",
             )
         return
     if not times.step:

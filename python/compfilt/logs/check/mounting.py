@@ -61,8 +61,8 @@ def decide(gravity: Trial | None, field: Trial | None) -> Mounting:
             reason = "gyro and magnetometer agree with each other"
             return Mounting(EYE, _undone(with_force), EYE, ("accelerometer",), reason)
         return _alone(with_force)
-    if np.array_equal(with_force, with_field):
-        return Mounting(with_force, EYE, EYE, ("gyro",), "accelerometer and magnetometer agree with each other")
+    if np.array_equal(with_force, with_field) or (gravity is not None and gravity.leaves_open(with_field)):
+        return Mounting(with_field, EYE, EYE, ("gyro",), "accelerometer and magnetometer agree with each other")
     if np.linalg.det(with_force) * np.linalg.det(with_field) > 0.0:
         reason = "all three disagree; the accelerometer was taken as it is"
         return Mounting(with_force, EYE, _undone(with_field @ with_force.T), ("gyro", "magnetometer"), reason)
@@ -70,10 +70,10 @@ def decide(gravity: Trial | None, field: Trial | None) -> Mounting:
 
 
 def _found(trial: Trial | None) -> Array | None:
-    """Return the mounting of a trial that rules the claim out, beyond doubt and by far; None otherwise."""
-    if trial is None or trial.accepts_claim or np.array_equal(trial.mounting, EYE):
+    """Return the mounting of a trial that rules the claimed axes out, beyond doubt and by far; None otherwise."""
+    if trial is None or trial.accepts_axes:
         return None
-    return trial.mounting if trial.angle < 0.7 * trial.claimed_angle else None
+    return trial.mounting if trial.angle < 0.7 * trial.identity_angle else None
 
 
 def _alone(found: Array) -> Mounting:

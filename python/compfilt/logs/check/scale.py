@@ -5,13 +5,15 @@ from typing import NamedTuple
 import numpy as np
 
 from compfilt.logs.check.survey import Survey
-from compfilt.logs.check.turning import SURE, Fit, Trial
+from compfilt.logs.check.turning import SURE, WILD, Fit, Trial
 from compfilt.logs.units import ANGULAR_RATE, Unit, parse_unit
 
 __all__ = ["GyroScale", "read_scale"]
 
 SAME = 0.15
 """How far a factor may be off, as a logarithm, before it is wrong: a body's own motion pulls at it."""
+APART = 0.35
+"""The same for a unit to explain a factor: units lie apart by more than 10, ranges of sensors by 2."""
 UNITS = ("rad/s", "deg/s", "mrad/s", "mdps", "rpm")
 
 
@@ -25,7 +27,7 @@ class GyroScale(NamedTuple):
     unit
         The unit that explains it; None if none does.
     claimed
-        Whether the claim explains it.
+        Whether the claim explains it; nothing is to be changed then.
     """
 
     factor: float
@@ -39,8 +41,8 @@ class GyroScale(NamedTuple):
         return np.isfinite(self.error)
 
 
-def read_scale(survey: Survey, trials: list[tuple[Trial, Fit]]) -> GyroScale:
-    """Choose the unit of the gyro."""
+def read_scale(survey: Survey, trials: list[tuple[Trial, Fit]], carried: float | None) -> GyroScale:
+    """Choose the unit of the gyro: by the trials, or else by the scale that carries gravity from rest to rest."""
     claimed = survey.claims.triads["gyro"].unit
     base = claimed if claimed is not None else parse_unit("rad/s", ANGULAR_RATE)
     usable = [
@@ -48,13 +50,18 @@ def read_scale(survey: Survey, trials: list[tuple[Trial, Fit]]) -> GyroScale:
         for trial, fit in trials
         if trial.unturned_margin > SURE and trial.sure and fit.scale > 0.0 and fit.scale_error < 0.1 * fit.scale
     ]
-    if not usable:
+    if usable:
+        fit = min((fit for _, fit in usable), key=lambda fit: fit.scale_error / fit.scale)
+        factor, error = fit.scale, fit.scale_error
+    elif carried is not None:
+        factor, error = carried, 0.1 * carried
+    elif wild := [trial for trial, _ in trials if trial.scale < 1.0 and trial.claimed_margin > SURE and trial.claimed_angle > WILD]:
+        factor, error = wild[0].scale, 0.3 * wild[0].scale
+    else:
         return GyroScale(1.0, np.inf, claimed, claimed is not None)
-    trial, fit = min(usable, key=lambda pair: pair[1].scale_error / pair[1].scale)
-    off = abs(np.log(fit.scale))
-    if off < max(SAME, 5.0 * fit.scale_error / fit.scale):
-        return GyroScale(fit.scale, fit.scale_error, base, claimed=True)
+    if abs(np.log(factor)) < max(SAME, 5.0 * error / factor if usable else SAME):
+        return GyroScale(factor, error, base, claimed=True)
     units = [parse_unit(name, ANGULAR_RATE) for name in UNITS]
-    near = min(units, key=lambda unit: abs(np.log(fit.scale * base.factor / unit.factor)))
-    unit = near if abs(np.log(fit.scale * base.factor / near.factor)) < SAME else None
-    return GyroScale(fit.scale, fit.scale_error, unit, claimed=False)
+    near = min(units, key=lambda unit: abs(np.log(factor * base.factor / unit.factor)))
+    unit = near if abs(np.log(factor * base.factor / near.factor)) < APART else None
+    return GyroScale(factor, error, unit, claimed=False)

@@ -15,7 +15,7 @@ import numpy as np
 from compfilt.logs.check.segments import Segments
 from compfilt.logs.check.source import Array
 
-__all__ = ["IDENTITY", "MOUNTINGS", "SURE", "Fit", "Trial", "fit", "try_mountings", "turn"]
+__all__ = ["IDENTITY", "MOUNTINGS", "SCALES", "SURE", "WILD", "Fit", "Trial", "fit", "try_mountings", "turn"]
 
 MOUNTINGS: Array = np.array(
     [
@@ -28,6 +28,10 @@ MOUNTINGS: Array = np.array(
 IDENTITY = 0
 SCALES = (1.0, 180.0 / np.pi, np.pi / 180.0, 2.0, 0.5)
 """Scales of the gyro that are tried first: none, degrees for radians, radians for degrees, and a rate that is out by two."""
+EXPLAINED = 0.25
+"""A scale that leaves less than this part of the turn unexplained is looked for no further."""
+WILD = 20.0
+"""Degrees by which gravity misses itself where a gyro turns it wildly."""
 SURE = 4.0
 """So many standard errors are beyond doubt."""
 LIKELY = 3.0
@@ -54,8 +58,12 @@ class Trial:
         Mean angle in degrees by which the vector misses itself.
     claimed_angle
         The same for the rate as it is claimed.
+    identity_angle
+        The same for the axes as claimed, with the best scale.
     claimed_margin
         By how many standard errors the claim is worse than the best; 0 where it is the best.
+    identity_margin
+        By how many standard errors the axes as claimed are worse, with the best scale.
     unturned_margin
         The same for no turning at all: how much the gyro explains.
     margin
@@ -72,7 +80,9 @@ class Trial:
     scale: float
     angle: float
     claimed_angle: float
+    identity_angle: float
     claimed_margin: float
+    identity_margin: float
     unturned_margin: float
     margin: float
     open: Array
@@ -85,9 +95,13 @@ class Trial:
         return len(self.open) == 1
 
     @property
-    def accepts_claim(self) -> bool:
-        """Whether the claim is not ruled out."""
-        return self.claimed_margin < SURE
+    def accepts_axes(self) -> bool:
+        """Whether the axes as claimed are not ruled out."""
+        return self.identity_margin < SURE
+
+    def leaves_open(self, mounting: Array) -> bool:
+        """Whether a mounting is among those that are not ruled out."""
+        return any(np.array_equal(mounting, other) for other in self.open)
 
 
 @dataclass(frozen=True)
@@ -126,7 +140,11 @@ def try_mountings(
     # The claim itself stays among the candidates, so that it is judged on the same moments.
     candidates = np.concatenate((scale * MOUNTINGS, MOUNTINGS[:1], np.zeros((1, 3, 3))))
     # Short means are full of the body's accelerations, long ones are few and add up the gyro's errors.
-    trials = [_judge(_misses(turns, seen, candidates, span), scale, span) for span in SPANS]
+    trials = []
+    for span in SPANS:
+        trials.append(_judge(_misses(turns, seen, candidates, span), scale, span))
+        if trials[-1].margin > SURE:
+            break
     return max(trials, key=lambda trial: trial.margin)
 
 
@@ -135,18 +153,24 @@ def _find_scale(turns: Array, seen: Array) -> float:
     unturned = _misses(turns, seen, np.zeros((1, 3, 3)), SPANS[0])[0]
     claimed = _misses(turns, seen, MOUNTINGS, SPANS[0])
     best = _least(claimed)
-    if _clearly_less(best, unturned) and best.mean() < 0.5 * unturned.mean():
+    if _clearly_less(best, unturned) and best.mean() < EXPLAINED * unturned.mean():
         return 1.0
-    usual = np.concatenate([scale * MOUNTINGS for scale in SCALES])
-    misses = _misses(turns, seen, usual, SPANS[0])
-    best = _least(misses)
-    if _clearly_less(best, unturned) and best.mean() < 0.5 * unturned.mean():
-        return SCALES[int(misses.mean(axis=1).argmin()) // len(MOUNTINGS)]
-    found = _search_scale(turns, seen)
-    best = _least(_misses(turns, seen, found * MOUNTINGS, SPANS[0]))
+    usual = _misses(turns, seen, np.concatenate([scale * MOUNTINGS for scale in SCALES]), SPANS[0])
+    place = int(usual.mean(axis=1).argmin()) // len(MOUNTINGS)
+    scale, best = SCALES[place], _least(usual)
+    rivals = _margins(usual[len(MOUNTINGS) * place : len(MOUNTINGS) * (place + 1)], best)
+    if np.sum(rivals < LIKELY) > 1:
+        # A scale that fits singles out one mounting: this one may be a chance.
+        found = _search_scale(turns, seen)
+        other = _least(_misses(turns, seen, found * MOUNTINGS, SPANS[0]))
+        if _clearly_less(other, best):
+            scale, best = found, other
     if _clearly_less(best, unturned) and _clearly_less(best, claimed[IDENTITY]):
-        return found
-    return 1.0
+        return scale
+    # A gyro that turns wildly where gravity hardly moves is in degrees, even if what it turns is too little to show more.
+    degrees = usual[len(MOUNTINGS) * SCALES.index(np.pi / 180.0)]
+    wild = claimed.mean(axis=1).min() > WILD and degrees.mean() < 0.2 * claimed.mean(axis=1).min()
+    return np.pi / 180.0 if wild and _clearly_less(degrees, _least(claimed)) else 1.0
 
 
 def _least(misses: Array) -> Array:
@@ -163,8 +187,7 @@ def _liveliest(segments: Segments, rates: slice, bias: Array) -> Array:
 def _judge(misses: Array, scale: float, span: float) -> Trial:
     """Compare candidates, (50, moments): 48 mountings in one scale, then the claim, then no turning at all."""
     best = int(misses[:-2].mean(axis=1).argmin())
-    worse = misses - misses[best]
-    margins = worse.mean(axis=1) / (worse.std(axis=1) / np.sqrt(worse.shape[1]) + 1e-12)
+    margins = _margins(misses, misses[best])
     margins[best] = 0.0
     mountings = margins[:-2]
     left = np.flatnonzero(mountings < LIKELY)
@@ -175,7 +198,9 @@ def _judge(misses: Array, scale: float, span: float) -> Trial:
         scale,
         float(misses[best].mean()),
         float(misses[-2].mean()),
+        float(misses[IDENTITY].mean()),
         float(margins[-2]),
+        float(margins[IDENTITY]),
         float(margins[-1]),
         float(rivals.min()),
         MOUNTINGS[left],
@@ -184,10 +209,20 @@ def _judge(misses: Array, scale: float, span: float) -> Trial:
     )
 
 
+def _margins(misses: Array, best: Array) -> Array:
+    """Return by how many standard errors misses, (h, moments), are worse than the best ones, (moments,).
+
+    Moments are compared by the logarithm of their misses, so that a few wild ones do not decide, and those in which nothing turns
+    say nothing. The sum over its own root of squares is about normal where neither is better.
+    """
+    floor = np.radians(0.5) + np.radians(np.median(best))
+    worse = np.log(floor**2 + np.radians(misses) ** 2) - np.log(floor**2 + np.radians(best) ** 2)
+    return np.asarray(worse.sum(axis=-1) / (np.sqrt(np.sum(worse**2, axis=-1)) + 1e-12))
+
+
 def _clearly_less(misses: Array, others: Array) -> bool:
     """Whether some misses are less than others, moment by moment, beyond doubt."""
-    better = others - misses
-    return bool(better.mean() > SURE * (better.std() / np.sqrt(better.size) + 1e-12))
+    return bool(_margins(others, misses) > SURE)
 
 
 def _search_scale(turns: Array, seen: Array) -> float:
@@ -234,17 +269,23 @@ def _means(turns: Array, seen: Array, matrices: Array, span: float) -> tuple[Arr
 
 def turn(v: Array, r: Array) -> Array:
     """Turn vectors by rotation vectors, both (3, ...): Rodrigues' formula."""
-    angle = np.sqrt(r[0] ** 2 + r[1] ** 2 + r[2] ** 2)
-    first = np.sinc(angle / np.pi)
-    second = 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2
+    # No angle is zero then, and what is left out is below rounding.
+    angle = np.sqrt(r[0] ** 2 + r[1] ** 2 + r[2] ** 2) + 1e-30
     across = _cross(r, v)
-    return v + first * across + second * _cross(r, across)
+    twice = _cross(r, across)
+    across *= np.sin(angle) / angle
+    twice *= 2.0 * (np.sin(0.5 * angle) / angle) ** 2
+    across += twice
+    across += v
+    return across
 
 
 def _cross(a: Array, b: Array) -> Array:
-    return np.stack(
-        (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-    )
+    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        np.multiply(a[j], b[k], out=out[i])
+        out[i] -= a[k] * b[j]
+    return out
 
 
 def fit(segments: Segments, rates: slice, vector: slice, bias: Array, start: Array) -> Fit:
@@ -255,7 +296,7 @@ def fit(segments: Segments, rates: slice, vector: slice, bias: Array, start: Arr
     matrix, offset = start.copy(), np.zeros(3)
     size = float(np.abs(start).max())
     step = 1e-3 * size
-    for _ in range(4):
+    for _ in range(3):
         nudges = np.concatenate((np.zeros((1, 3, 3)), step * np.eye(9).reshape(9, 3, 3)))
         turns = (readings - offset) * durations
         before, after = _means(turns, seen, matrix + nudges, SPANS[0])
