@@ -9,7 +9,7 @@ use std::{env, fs};
 const LOG: &str = "../demo/child_seat.csv";
 /// The body stands still first: its first sample, over and over.
 const AT_REST: usize = 2048;
-const MOVING: usize = 6144;
+const MOVING: usize = 12288;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let out = PathBuf::from(env::var("OUT_DIR")?);

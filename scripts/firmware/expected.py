@@ -13,7 +13,7 @@ Array = NDArray[np.float32]
 
 LOG = Path(__file__).parents[2] / "examples" / "demo" / "child_seat.csv"
 AT_REST = 2048
-MOVING = 6144
+MOVING = 12288
 SAMPLES = AT_REST + MOVING
 FIRST_GAPS = 4096
 FS = 1000.0

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 NAME = 32
-NUMBERS = struct.Struct("<6I")
+SETTLED = 4096
+NUMBERS = struct.Struct("<5I")
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class Measured:
     most: int
     """Instructions of the dearest update."""
     mean: float
-    """Instructions of an update."""
+    """Instructions of an update, once the filter's start is over."""
 
 
 def read(path: Path, samples: int) -> dict[str, Measured]:
@@ -34,12 +35,11 @@ def read(path: Path, samples: int) -> dict[str, Measured]:
     place = 0
     while place < len(content):
         name = content[place : place + NAME].rstrip(b"\0").decode()
-        columns, state, stack, most, low, high = NUMBERS.unpack_from(content, place + NAME)
+        columns, state, stack, most, settled = NUMBERS.unpack_from(content, place + NAME)
         place += NAME + NUMBERS.size
         outputs = np.frombuffer(content, "<f4", samples * columns, place).reshape(samples, columns)
         place += outputs.nbytes
-        mean = ((high << 32) + low) / samples
-        filters[name] = Measured(outputs, state, stack, most, mean)
+        filters[name] = Measured(outputs, state, stack, most, settled / SETTLED)
     return filters
 
 
