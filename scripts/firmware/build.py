@@ -15,13 +15,15 @@ STEPS = ROOT / "crates" / "no-panic-probe"
 RUSTC = "/usr/bin/rustc"
 BINUTILS = "arm-none-eabi-"
 
-PANIC_OR_ALLOCATION = re.compile(r"panic_fmt|panicking|panic_bounds|__rust_alloc|__rg_alloc|rust_oom|unwrap_failed")
+PANIC_OR_ALLOCATION = re.compile(
+    r"panic_fmt|panicking|panic_bounds|__rust_alloc|__rg_alloc|rust_oom|unwrap_failed"
+)
 SOFT_DOUBLE = re.compile(r"__aeabi_(d|[a-z0-9]+2d|cd)|__(add|sub|mul|div)df3")
 # A step that waits for an event, an interrupt or a debugger would block.
 WAITING = re.compile(r"\t(wfi|wfe|svc|bkpt|cpsid|cpsie)\b")
 
 
-class Failure(Exception):
+class FirmwareError(Exception):
     """What went wrong, in a sentence."""
 
 
@@ -34,7 +36,7 @@ def run(*command: str | Path, cwd: Path = ROOT, env: dict[str, str] | None = Non
     """The output of a command; its errors are shown as they are."""
     done = subprocess.run(command, cwd=cwd, env=env, check=False, stdout=subprocess.PIPE, text=True)
     if done.returncode:
-        raise Failure(f"{Path(command[0]).name} failed with status {done.returncode}")
+        raise FirmwareError(f"{Path(command[0]).name} failed with status {done.returncode}")
     return done.stdout
 
 
@@ -113,13 +115,13 @@ def check_steps(toolchain: Toolchain, library: Path) -> int:
         symbols = image.symbols()
         missing = set(names) - set(symbols)
         if missing:
-            raise Failure(f"not in the linked image: {', '.join(sorted(missing))}")
+            raise FirmwareError(f"not in the linked image: {', '.join(sorted(missing))}")
         wrong = [name for name in symbols if PANIC_OR_ALLOCATION.search(name)]
         if wrong:
-            raise Failure(f"a step for {toolchain.target} can panic or allocate: {', '.join(wrong)}")
+            raise FirmwareError(f"a step for {toolchain.target} can panic or allocate: {', '.join(wrong)}")
         waits = image.waits()
         if waits:
-            raise Failure(f"a step for {toolchain.target} can wait: {waits[0].strip()}")
+            raise FirmwareError(f"a step for {toolchain.target} can wait: {waits[0].strip()}")
     return len(names)
 
 

@@ -1,7 +1,6 @@
 """What every filter of the firmware has to give: the same recording through the batch functions, in float32."""
 
 import csv
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -53,28 +52,22 @@ class Expected:
 
     def outputs(self) -> dict[str, Array]:
         """All of them, in the firmware's order."""
-        linear = {
-            "first_order": cf.FirstOrder(tau=0.5),
-            "pi": cf.PiForm(kp=2.0, ki=0.5),
-            "butterworth_2": cf.Butterworth(omega0=5.0),
-            "split_2": cf.Butterworth(omega0=5.0, split=1),
-            "third_order": cf.ThirdOrder(tau=1.5),
+        return {
+            "first_order": self.linear(cf.FirstOrder(tau=0.5)),
+            "pi": self.linear(cf.PiForm(kp=2.0, ki=0.5)),
+            "butterworth_2": self.linear(cf.Butterworth(omega0=5.0)),
+            "split_2": self.linear(cf.Butterworth(omega0=5.0, split=1)),
+            "third_order": self.linear(cf.ThirdOrder(tau=1.5)),
+            "rate": self.rate_filter(),
+            "stream_pi": self.stream_pi(),
+            "tilt_of_gravity": cf.tilt(self.force),
+            "tilt": self.tilt(),
+            "cube_first_order": self.cube(),
+            "observer": self.observer(),
+            "mahony_explicit": self.attitude(cf.Mahony(kp=1.0, ki=0.25)),
+            "gravity": self.attitude(cf.GravityFilter(tau=3.0, zeta=0.5)),
+            "self_calibrating": self.attitude(cf.GravityFilter(tau=5.0, zeta=0.5, self_calibrating=True)),
         }
-        others: dict[str, Callable[[], Array]] = {
-            "rate": self.rate_filter,
-            "stream_pi": self.stream_pi,
-            "tilt_of_gravity": lambda: cf.tilt(self.force),
-            "tilt": self.tilt,
-            "cube_first_order": self.cube,
-            "observer": self.observer,
-            "mahony_explicit": lambda: self.attitude(cf.Mahony(kp=1.0, ki=0.25)),
-            "gravity": lambda: self.attitude(cf.GravityFilter(tau=3.0, zeta=0.5)),
-            "self_calibrating": lambda: self.attitude(
-                cf.GravityFilter(tau=5.0, zeta=0.5, self_calibrating=True)
-            ),
-        }
-        chains = {name: self.linear(design) for name, design in linear.items()}
-        return {**chains, **{name: outputs() for name, outputs in others.items()}}
 
     def linear(self, design: cf.LinearFilter) -> Array:
         """All levels of a chain."""

@@ -93,7 +93,7 @@ impl Meter {
 }
 
 /// How much of the stack is looked at, in words.
-const DEPTH: usize = 2048;
+const DEPTH: usize = 1536;
 const PAINT: u32 = 0xa5a5_5a5a;
 
 /// How many bytes of stack `run` takes below its caller.
