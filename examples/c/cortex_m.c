@@ -1,7 +1,6 @@
 /* The example on a Cortex-M: start, text and exit by semihosting. QEMU plays the debugger. */
 #include "platform.h"
 
-#include <stddef.h>
 #include <stdint.h>
 
 int main(void);
@@ -16,22 +15,6 @@ static int semihosting(int operation, const void *argument) {
 }
 
 void platform_write(const char *text) { semihosting(0x04, text); }
-
-/* The little of a C library that the example uses; the memory functions come with the Rust library. */
-char *strcpy(char *to, const char *from) {
-  char *start = to;
-  while ((*to++ = *from++) != '\0') {
-  }
-  return start;
-}
-
-char *strcat(char *to, const char *from) {
-  char *start = to;
-  while (*to != '\0')
-    to++;
-  strcpy(to, from);
-  return start;
-}
 
 static void start(void) {
   uint32_t *source = &data_source;
@@ -65,5 +48,12 @@ static void fault(void) {
   }
 }
 
-__attribute__((section(".vectors"), used)) static void (*const vectors[16])(void) = {
-    (void (*)(void))&stack_top, reset, fault, fault, fault, fault, fault};
+union vector {
+  uint32_t *stack;
+  void (*handler)(void);
+};
+
+__attribute__((section(".vectors"), used)) static const union vector vectors[16] = {
+    {.stack = &stack_top}, {.handler = reset}, {.handler = fault}, {.handler = fault},
+    {.handler = fault},    {.handler = fault}, {.handler = fault},
+};

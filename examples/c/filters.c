@@ -3,31 +3,47 @@
 #include "compfilt.h"
 #include "platform.h"
 
+#include <stddef.h>
 #include <stdint.h>
-#include <string.h>
 
 enum { SAMPLES = 1000, STILL = 400 };
 
 static const float DT = 1.0f / 100.0f;
 static const float STANDARD_GRAVITY = 9.75f; /* short in binary: a product with a power of two is exact */
 
-/* A line of text: a name and numbers. */
+/* A line of text: a name and numbers. A chip need not have a C library, so nothing of one is used. */
 static char line[64];
+static int length;
 
-static void begin(const char *name) { strcpy(line, name); }
+static void put(const char *text) {
+  while (*text != '\0')
+    line[length++] = *text++;
+  line[length] = '\0';
+}
+
+static void begin(const char *name) {
+  length = 0;
+  put(name);
+}
 
 static void add(uint32_t number) {
   char hex[10] = " ";
   for (int digit = 0; digit < 8; digit++)
     hex[1 + digit] = "0123456789abcdef"[number >> (28 - 4 * digit) & 15];
   hex[9] = '\0';
-  strcat(line, hex);
+  put(hex);
 }
 
 static void end(void) {
-  strcat(line, "\n");
+  put("\n");
   platform_write(line);
 }
+
+/* The bits of a number. */
+union word {
+  float number;
+  uint32_t bits;
+};
 
 /* FNV-1a over the bits of numbers and flags. */
 static uint32_t hash;
@@ -39,9 +55,8 @@ static void hash_word(uint32_t word) {
 
 static void hash_numbers(const float *numbers, int count) {
   for (int i = 0; i < count; i++) {
-    uint32_t bits;
-    memcpy(&bits, &numbers[i], sizeof bits);
-    hash_word(bits);
+    const union word word = {numbers[i]};
+    hash_word(word.bits);
   }
 }
 
@@ -59,10 +74,9 @@ static void restart(void) {
 }
 
 static float missing(void) {
-  const uint32_t bits = 0x7fc00000u;
-  float number;
-  memcpy(&number, &bits, sizeof number);
-  return number;
+  union word word;
+  word.bits = 0x7fc00000u;
+  return word.number;
 }
 
 /* Two signals, the first of them with holes. */
@@ -219,8 +233,9 @@ static void run_refused(void) {
   add((uint32_t)compfilt_first_order(-0.5f, DT, &filter));
   add((uint32_t)compfilt_first_order(0.5f, 0.0f, &filter));
   add((uint32_t)compfilt_mahony(1.0f, 0.1f, 3, DT, &mahony));
-  memset(&filter, 255, sizeof filter);
-  memset(&state, 255, sizeof state);
+  compfilt_first_order(0.5f, DT, &filter);
+  compfilt_start_1(&state);
+  filter.input = 255;
   add((uint32_t)compfilt_update_1(&filter, &state, 0.0f, 0.0f, NULL));
   end();
 }
