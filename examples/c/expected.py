@@ -31,7 +31,9 @@ def fnv(words: npt.NDArray[np.uint32]) -> int:
 def report(name: str, *columns: npt.NDArray[np.generic]) -> None:
     """Print the hash of rows made of numbers, of which the bits count, and of flags."""
     words = [
-        (column.view(np.uint32) if column.dtype == np.float32 else column.astype(np.uint32)).reshape(SAMPLES, -1)
+        (column.view(np.uint32) if column.dtype == np.float32 else column.astype(np.uint32)).reshape(
+            SAMPLES, -1
+        )
         for column in columns
     ]
     print(f"{name} 00000000 {fnv(np.hstack(words).ravel()):08x}")

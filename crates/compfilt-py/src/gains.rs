@@ -12,16 +12,24 @@ use pyo3::exceptions::PyValueError;
 pub(crate) type Parts = Vec<(&'static str, Vec<f32>)>;
 
 impl Design {
-    /// The gains at the sample rate `fs` in Hz; those of the rate filter are the first-order filter's.
+    /// The coefficients, then the gains at the sample rate `fs` in Hz; those of the rate filter are the first-order filter's.
     pub(crate) fn parts_of_gains(&self, fs: f64, rule: Rule) -> PyResult<Parts> {
         self.check_rule(rule)?;
         let k = self.coefficients::<f32>()?;
-        if self.split != self.order {
-            return self.parts_of_split(&k, fs);
-        }
+        let gains = if self.split == self.order {
+            self.parts_of_chain(&k, fs, rule)
+        } else {
+            self.parts_of_split(&k, fs)
+        }?;
+        let mut parts = vec![("coefficients", k)];
+        parts.extend(gains);
+        Ok(parts)
+    }
+
+    fn parts_of_chain(&self, k: &[f32], fs: f64, rule: Rule) -> PyResult<Parts> {
         macro_rules! parts {
             ($N:literal, $M:literal) => {{
-                let chain = Chain::<f32, $N, $M>::new(as_array(&k)).map_err(value_error)?;
+                let chain = Chain::<f32, $N, $M>::new(as_array(k)).map_err(value_error)?;
                 Ok(match rule {
                     Rule::BackwardEuler => of_chain(&sampled_gains::<f32, _, $N>(&chain, fs)?),
                     Rule::Matched => of_chain(&sampled_gains::<f32, _, $N>(&chain.matched(), fs)?),
