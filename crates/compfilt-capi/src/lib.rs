@@ -33,3 +33,8 @@ pub mod parts;
 pub mod rate;
 pub mod sensors;
 pub mod status;
+
+/// The chapter's examples are tested here, where they do not go into a package.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/embedded.md")]
+mod embedded {}
