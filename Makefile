@@ -12,7 +12,7 @@ EXTENSION := $(VENV)/.extension
 BENCH := $(VENV)/.bench
 LARGEST := 1e7
 
-.PHONY: help develop demo examples test test-rust test-python test-firmware firmware lint format instructions bench bench-rust bench-python cost vectors wheel clean
+.PHONY: help develop demo examples test test-rust test-python test-firmware firmware firmware-c lint format instructions bench bench-rust bench-python cost vectors wheel clean
 .DEFAULT_GOAL := help
 
 help: ## This list
@@ -37,8 +37,10 @@ examples: $(EXTENSION) ## Reproduce the sources' experiments: tables and figures
 
 test: lint test-rust test-python test-firmware ## Every check
 
-test-rust: ## The core's tests and documentation examples
-	cargo test --locked --quiet --package compfilt-core
+test-rust: ## The core's tests and documentation examples, the C header
+	cargo test --locked --quiet --package compfilt-core --package compfilt-capi
+	cargo test --locked --quiet --package compfilt-core --features serde --test stored
+	cargo check --locked --quiet --package compfilt-core --features serde,defmt
 	sh scripts/check_no_panic.sh
 
 test-python: $(EXTENSION) ## The Python tests, the README's and the documentation's examples
@@ -64,6 +66,9 @@ format: $(PACKAGES) ## Format everything
 	cargo fmt
 	$(BIN)/ruff check --quiet --fix
 	$(BIN)/ruff format --quiet
+
+firmware-c: $(EXTENSION) ## The C interface on the host and on a Cortex-M under QEMU: the bits of Python
+	PYTHON=$(BIN)/python sh scripts/firmware/c.sh
 
 instructions: $(PACKAGES) ## Instructions per sample of every filter against their budgets (callgrind)
 	$(BIN)/python scripts/count_instructions.py

@@ -1,7 +1,7 @@
 #!/bin/sh
-# install.sh   what the firmware needs: a Rust compiler with its sources, the emulator, a linker; Debian's packages, as root only
+# install.sh [PACKAGE...]   what the firmware needs: a Rust compiler with its sources, the emulator, a linker; Debian's packages, as root only
 set -eu
-packages="rustc-web rust-web-src qemu-system-arm binutils-arm-none-eabi"
+packages="rustc-web rust-web-src qemu-system-arm binutils-arm-none-eabi $*"
 missing=""
 for package in $packages; do
     status=$(dpkg-query --show --showformat '${db:Status-Status}' "$package" 2>/dev/null || true)

@@ -44,7 +44,9 @@ class Carried(NamedTuple):
     def __str__(self) -> str:
         pairs = f"{self.pairs} pair{'s' if self.pairs > 1 else ''} of rests, between which gravity turns by {self.turned:.2g} deg"
         as_found = f"over {pairs}, the gyro carries it to within {self.found:.2g} deg"
-        return as_found + (f", as claimed {self.claimed:.2g} deg" if abs(self.claimed - self.found) > 1e-9 else "")
+        return as_found + (
+            f", as claimed {self.claimed:.2g} deg" if abs(self.claimed - self.found) > 1e-9 else ""
+        )
 
 
 def carry_between_rests(survey: Survey, rests: list[Rest], bias: Array, matrix: Array) -> Carried | None:
@@ -78,7 +80,13 @@ def carry_between_rests(survey: Survey, rests: list[Rest], bias: Array, matrix: 
     if not misses:
         return None
     found, *usual = np.median(misses, axis=0).tolist()
-    return Carried(len(misses), float(np.median(turned)), found, usual[0], _scale(usual, float(np.median(turned)), len(misses)))
+    return Carried(
+        len(misses),
+        float(np.median(turned)),
+        found,
+        usual[0],
+        _scale(usual, float(np.median(turned)), len(misses)),
+    )
 
 
 def _scale(misses: list[float], turned: float, pairs: int) -> float | None:

@@ -108,4 +108,6 @@ def _nothing_to_compare(claims: Claims) -> Finding:
     if claims.recipe is None:
         what = "no gyro and accelerometer were found, neither by name nor by what the columns do"
         return Finding("axes", "wrong", what, f"found {', '.join(claims.triads) or 'nothing'}")
-    return Finding("axes", "unknown", "units and axes are looked at where a recipe has one gyro and one accelerometer")
+    return Finding(
+        "axes", "unknown", "units and axes are looked at where a recipe has one gyro and one accelerometer"
+    )
