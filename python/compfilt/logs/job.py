@@ -15,7 +15,7 @@ from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.quality import make_report, read_report, write_report
 from compfilt.logs.readers import Columns, LogReader, open_log
 from compfilt.logs.recipe import Recipe
-from compfilt.logs.writers import LogWriter, check_ending
+from compfilt.logs.writers import ROWS_PER_GROUP, LogWriter, check_ending
 
 __all__ = ["Advance", "run_job", "run_log"]
 
@@ -85,7 +85,7 @@ def run_log(
     resume: bool = False,
     advance: Advance | None = None,
     batch_bytes: int = 1 << 20,
-    batch_rows: int = 1 << 16,
+    batch_rows: int = ROWS_PER_GROUP,
 ) -> Summary:
     """Filter one log into one file, in bounded memory, and write a report on its quality beside it.
 
@@ -103,7 +103,8 @@ def run_log(
     advance
         Called now and then with the number of bytes read, and of rows filtered, since the last call.
     batch_bytes, batch_rows
-        How much is read at a time; the result does not depend on it.
+        How much is read at a time; the result does not depend on it. Batches of the size of a result's row groups are
+        written without a copy.
 
     Returns
     -------
