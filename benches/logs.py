@@ -23,6 +23,7 @@ import pyarrow.parquet as pq
 
 from compfilt.logs import parse_recipe, run_log
 from compfilt.logs.writers import ROWS_PER_GROUP
+from cost_memory import resident
 from timing import table
 
 COLUMNS = ("gx", "gy", "gz", "ax", "ay", "az")
@@ -107,7 +108,7 @@ def do_task(name: str, log: Path, out: Path) -> None:
     task(log, out)
     seconds = default_timer() - start
     usage = resource.getrusage(resource.RUSAGE_SELF)
-    print(seconds, usage.ru_utime + usage.ru_stime - spent, usage.ru_maxrss / 1024)
+    print(seconds, usage.ru_utime + usage.ru_stime - spent, resident("VmHWM") / 1e6)
 
 
 def main() -> None:
