@@ -7,7 +7,7 @@ from typing import IO, Any
 
 from tqdm import tqdm  # type: ignore[import-untyped]
 
-from compfilt.logs.job import Job, Outcome
+from compfilt.logs.outcome import Job, Outcome
 from compfilt.logs.quality import table
 
 __all__ = ["JsonLines", "Terminal", "Watch"]
