@@ -45,7 +45,9 @@ def run(
     recipe: Annotated[
         Path, typer.Argument(metavar="RECIPE", help="A TOML file: columns, units, filter, output.")
     ],
-    logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="CSV or Parquet files.")],
+    logs: Annotated[
+        list[Path], typer.Argument(metavar="LOG...", help="Files of any format that can be read.")
+    ],
     out: Annotated[
         str,
         typer.Option("-o", "--out", metavar="OUT", help='A file; or a folder, or anything that ends in "/".'),
@@ -55,18 +57,20 @@ def run(
 ) -> None:
     """Filter logs with a recipe.
 
-    With several logs OUT is a folder, and each result has the name of its log. A result appears under its name only
+    Logs may be CSV, Parquet, Arrow, NumPy's .npz, HDF5, PX4's ULog, ROS bags and MCAP. A result is CSV, Parquet or Arrow
+    by its ending. With several logs OUT is a folder, and each result has the name of its log. A result appears under its name only
     when it is complete. A log that fails does not stop the others.
 
     Exit status: 0, 1 if a log failed, 2 if nothing was done.
     """
-    from compfilt.logs.recipe import load_recipe  # noqa: PLC0415 - help and usage errors do not wait for Arrow
+    from compfilt.logs.readers import size_of  # noqa: PLC0415 - help and usage errors do not wait for Arrow
+    from compfilt.logs.recipe import load_recipe  # noqa: PLC0415
     from compfilt.logs.run import plan, run_logs  # noqa: PLC0415
 
     with _one_line():
         loaded = load_recipe(recipe)
         jobs = plan(logs, out, force=force)
-        size = sum(log.stat().st_size for log in logs if log.is_file())
+        size = sum(size_of(log) for log in logs if log.exists())
         shown = sys.stderr.isatty()
         with tqdm(total=size, unit="B", unit_scale=True, disable=not shown, leave=False) as bar:
             failed = run_logs(loaded, jobs, advance=bar.update, report=_say)

@@ -1,6 +1,6 @@
 """Logs: recipes, readers and writers, and the pipeline that carries a filter's state through a file.
 
-Needs the extra ``logs``.
+Needs the extra ``logs``; some formats of logs need one more.
 
 Examples
 --------
@@ -8,7 +8,7 @@ Examples
 >>> summary = run_log(load_recipe("seat.toml"), "drive.parquet", "drive.roll.parquet")  # doctest: +SKIP
 """
 
-from compfilt.logs.errors import LogError, RecipeError, UsageError
+from compfilt.logs.errors import LogError, RecipeError, TruncatedLog, UsageError
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.recipe import Recipe, load_recipe, parse_recipe
 from compfilt.logs.run import Summary, run_log, run_logs
@@ -19,6 +19,7 @@ __all__ = [
     "Recipe",
     "RecipeError",
     "Summary",
+    "TruncatedLog",
     "UsageError",
     "load_recipe",
     "parse_recipe",
