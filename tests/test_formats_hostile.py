@@ -15,6 +15,7 @@ import pytest
 
 from compfilt.logs.errors import LogError, TruncatedLog
 from compfilt.logs.readers import Columns, open_log
+from format_files import FORMATS, SIGNALS, data, write
 
 MEMORY = 150 << 10
 """How many KiB more than the imports a log may take."""
@@ -298,3 +299,27 @@ def test_files_of_noise(tmp_path, name, size):
             read(path, "/imu.x" if name in ("log.bag", "log.db3", "log.mcap") else "imu.x")
         assert str(error.value).isprintable()
         assert not isinstance(error.value, TruncatedLog)
+
+
+@pytest.mark.parametrize("name", [name for name in FORMATS if name != "bag.v2"])
+def test_files_with_wrong_bytes(tmp_path, capfd, name):
+    path, names, _ = write(tmp_path, name, data(200))
+    content = path.read_bytes()
+    rng = np.random.default_rng(7)
+    columns = Columns(tuple(names[signal] for signal in SIGNALS), (names["t"],))
+    said = []
+    for _ in range(60):
+        damaged = bytearray(content)
+        # The ends of a file, where its index stands, are the likeliest to mislead.
+        ends = [*range(min(2000, len(content))), *range(max(0, len(content) - 2000), len(content))]
+        for place in (*rng.choice(ends, 2), rng.integers(len(content))):
+            damaged[place] = rng.integers(256)
+        path.write_bytes(damaged)
+        try:
+            with open_log(path, columns) as reader:
+                assert sum(batch.num_rows for batch in reader.batches()) <= 200
+        except LogError as error:
+            said.append(str(error))
+    assert said
+    assert all(message.isprintable() for message in said)
+    assert capfd.readouterr().err == ""
