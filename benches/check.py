@@ -64,9 +64,9 @@ def scaled(names: tuple[str, ...], factor: float) -> Callable[[Log], Log]:
 
 def mounted(names: tuple[str, ...], order: tuple[int, ...], signs: tuple[float, ...]) -> Callable[[Log], Log]:
     """Columns that are swapped or negated."""
-    return lambda log: log | {
-        name: sign * log[names[place]] for name, place, sign in zip(names, order, signs, strict=True)
-    }
+    return lambda log: (
+        log | {name: sign * log[names[place]] for name, place, sign in zip(names, order, signs, strict=True)}
+    )
 
 
 def clipped(names: tuple[str, ...]) -> Callable[[Log], Log]:
@@ -187,7 +187,9 @@ def verdict(report: Report, fault: Fault) -> str:
 
 def main() -> int:
     """Prints the table, row by row, and how often what came out."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("folder", type=Path)
     parser.add_argument("--only", metavar="WORDS", help="only faults whose name contains this")
     parser.add_argument("--without-magnetometer", action="store_true", help="leave it out of the recipe")

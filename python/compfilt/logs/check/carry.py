@@ -1,5 +1,6 @@
 """From rest to rest: gravity as the gyro carries it, against gravity as it is measured at the end."""
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -44,7 +45,9 @@ class Carried(NamedTuple):
     def __str__(self) -> str:
         pairs = f"{self.pairs} pair{'s' if self.pairs > 1 else ''} of rests, between which gravity turns by {self.turned:.2g} deg"
         as_found = f"over {pairs}, the gyro carries it to within {self.found:.2g} deg"
-        return as_found + (f", as claimed {self.claimed:.2g} deg" if abs(self.claimed - self.found) > 1e-9 else "")
+        return as_found + (
+            f", as claimed {self.claimed:.2g} deg" if abs(self.claimed - self.found) > 1e-9 else ""
+        )
 
 
 def carry_between_rests(survey: Survey, rests: list[Rest], bias: Array, matrix: Array) -> Carried | None:
@@ -59,7 +62,7 @@ def carry_between_rests(survey: Survey, rests: list[Rest], bias: Array, matrix: 
     turns = ((segments.values[..., rates] - bias) * segments.durations[..., None]).reshape(-1, 3)
     numbers = np.repeat(segments.numbers, round(LENGTH))
     turned, misses = [], []
-    for before, after in zip(rests, rests[1:], strict=False):
+    for before, after in pairwise(rests):
         pieces = after.first // round(LENGTH) - before.last // round(LENGTH)
         whole = numbers[after.first] - numbers[before.last] <= pieces
         start, end = before.mean[force][:, None], after.mean[force][:, None]
@@ -78,7 +81,13 @@ def carry_between_rests(survey: Survey, rests: list[Rest], bias: Array, matrix: 
     if not misses:
         return None
     found, *usual = np.median(misses, axis=0).tolist()
-    return Carried(len(misses), float(np.median(turned)), found, usual[0], _scale(usual, float(np.median(turned)), len(misses)))
+    return Carried(
+        len(misses),
+        float(np.median(turned)),
+        found,
+        usual[0],
+        _scale(usual, float(np.median(turned)), len(misses)),
+    )
 
 
 def _scale(misses: list[float], turned: float, pairs: int) -> float | None:

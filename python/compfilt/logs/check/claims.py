@@ -8,7 +8,16 @@ from typing import Final
 from compfilt.logs.check.source import Column
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.signals import Signal
-from compfilt.logs.units import ACCELERATION, ANGULAR_RATE, MAGNETIC_FIELD, TIME, Dimension, Unit, UnitError, parse_unit
+from compfilt.logs.units import (
+    ACCELERATION,
+    ANGULAR_RATE,
+    MAGNETIC_FIELD,
+    TIME,
+    Dimension,
+    Unit,
+    UnitError,
+    parse_unit,
+)
 
 __all__ = ["DIMENSIONS", "Claims", "Triad", "by_names", "by_recipe", "triads_without_names"]
 
@@ -88,7 +97,9 @@ def by_recipe(recipe: Recipe) -> Claims:
     )
 
 
-TIME_NAME = re.compile(r"(?i)^(t|time|timestamp|stamp|sample_?time\w*|.*\btime(_?stamp)?(us|ms|ns|s)?)$|^time[_ (\[]|^t_")
+TIME_NAME = re.compile(
+    r"(?i)^(t|time|timestamp|stamp|sample_?time\w*|.*\btime(_?stamp)?(us|ms|ns|s)?)$|^time[_ (\[]|^t_"
+)
 TIME_UNITS = re.compile(r"(?i)[_ .(\[](ns|us|µs|ms|s|sec|seconds?|nsec|usec|msec)[)\]]?$")
 SPELLINGS = {"sec": "s", "second": "s", "seconds": "s", "nsec": "ns", "usec": "us", "msec": "ms"}
 SENSOR_NAMES = {

@@ -19,7 +19,11 @@ def judge_delay(survey: Survey, seen: Comparison, force_factor: float) -> Iterat
     """Yield the delay, from the log's beginning as far as it has no gap, with everything else mended."""
     head = survey.segments.head
     if not seen.scale.known or len(head) * survey.period < SHORTEST:
-        why = "the gyro's scale is not known" if not seen.scale.known else f"it takes {SHORTEST:g} s without a gap from the start"
+        why = (
+            "the gyro's scale is not known"
+            if not seen.scale.known
+            else f"it takes {SHORTEST:g} s without a gap from the start"
+        )
         yield Finding("gyro delay", "unknown", "not looked for", why)
         return
     scale = 1.0 if seen.scale.claimed else seen.scale.factor
@@ -38,5 +42,7 @@ def judge_delay(survey: Survey, seen: Comparison, force_factor: float) -> Iterat
         f"found over the first {len(head) * survey.period:.0f} s; less than a sample ({1000.0 * survey.period:.2g} ms) does little harm"
         if abs(delay) < survey.period
         else f"found over the first {len(head) * survey.period:.0f} s; a sample is {1000.0 * survey.period:.2g} ms",
-        f'gyro_delay = "{1000.0 * delay:.2g} ms"  # in [filter], kind "attitude"' if abs(delay) > 5e-4 else "",
+        f'gyro_delay = "{1000.0 * delay:.2g} ms"  # in [filter], kind "attitude"'
+        if abs(delay) > 5e-4
+        else "",
     )

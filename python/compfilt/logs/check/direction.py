@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from compfilt.logs.check.mounting import mended
 from compfilt.logs.check.judge_gyro import Comparison
+from compfilt.logs.check.mounting import mended
 from compfilt.logs.check.report import Finding
 from compfilt.logs.check.rests import Rest
 from compfilt.logs.check.source import Array
@@ -43,7 +43,12 @@ def judge_direction(survey: Survey, rests: list[Rest], seen: Comparison) -> Iter
     axes = claims.axes if claims.axes is not None else gravity_axes(direction)
     up = direction[2] if axes == "flu" else -direction[2]
     if abs(up) < CLEAR:
-        yield Finding("direction of gravity", "unknown", f"the body leans too much {when} to tell up from down", evidence)
+        yield Finding(
+            "direction of gravity",
+            "unknown",
+            f"the body leans too much {when} to tell up from down",
+            evidence,
+        )
         return
     dip = _dip(survey, seen)
     if claims.axes is None:
@@ -60,7 +65,7 @@ def judge_direction(survey: Survey, rests: list[Rest], seen: Comparison) -> Iter
             "wrong",
             f"gravity points the wrong way for the axes {axes}: a level body at rest reads {'+' if axes == 'flu' else '-'}g along z",
             f"{evidence}{dip}; either the log has acceleration and not specific force, all three negated, or the axes are "
-            f'{"frd" if axes == "flu" else "flu"}, or the body was upside down: gyro and accelerometer cannot tell these apart',
+            f"{'frd' if axes == 'flu' else 'flu'}, or the body was upside down: gyro and accelerometer cannot tell these apart",
             f'accelerometer = {negated}\naxes = "{"frd" if axes == "flu" else "flu"}"  # instead, if the axes are those',
         )
 
@@ -76,4 +81,6 @@ def _dip(survey: Survey, seen: Comparison) -> str:
     lengths = np.linalg.norm(force, axis=-1) * np.linalg.norm(field, axis=-1)
     down = float(np.degrees(np.arcsin(-np.median((force * field).sum(axis=-1) / np.maximum(lengths, 1e-30)))))
     half = "northern" if down > 0.0 else "southern"
-    return f"; the magnetic field dips {down:.0f} deg below the horizontal, as in the {half} half of the world"
+    return (
+        f"; the magnetic field dips {down:.0f} deg below the horizontal, as in the {half} half of the world"
+    )

@@ -46,7 +46,11 @@ def length_of_gravity(survey: Survey, rests: list[Rest]) -> Length:
     # The claimed one is believed if it is near; else the nearest of all.
     best = 0 if claimed is not None and off[0] < NEAR else int(np.argmin(off))
     unit = units[best] if off[best] < NEAR else None
-    factor = STANDARD_GRAVITY / value if unit is None else unit.factor / (claimed.factor if claimed is not None else 1.0)
+    factor = (
+        STANDARD_GRAVITY / value
+        if unit is None
+        else unit.factor / (claimed.factor if claimed is not None else 1.0)
+    )
     return Length(value, unit, factor, bool(rests))
 
 
@@ -79,13 +83,18 @@ def judge_length(length: Length, triad: Triad) -> Iterator[Finding]:
         yield Finding("accelerometer unit", "note", length.unit.name, evidence, "" if triad.unit else fix)
 
 
-def judge_rests(survey: Survey, rests: list[Rest]) -> Iterator[Finding]:
+def judge_rests(rests: list[Rest]) -> Iterator[Finding]:
     """Yield how much rest there is."""
     seconds = sum(rest.seconds for rest in rests)
     if rests:
         yield Finding("rest", "note", f"{len(rests)} rest{'s' if len(rests) > 1 else ''}, {seconds} s in all")
     else:
-        yield Finding("rest", "unknown", "no rest was found", "no 2 s are quiet in both sensors; bias and offset stay unknown")
+        yield Finding(
+            "rest",
+            "unknown",
+            "no rest was found",
+            "no 2 s are quiet in both sensors; bias and offset stay unknown",
+        )
 
 
 def judge_bias(survey: Survey, rests: list[Rest], scale: float, *, trusted: bool) -> Iterator[Finding]:

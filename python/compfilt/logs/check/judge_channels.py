@@ -28,7 +28,13 @@ def _missing(survey: Survey, place: int, name: str) -> Iterator[Finding]:
     if count:
         part = 100.0 * count / survey.rows
         level = "wrong" if part > 50.0 and not name.startswith("m") else "note"
-        yield Finding("missing", level, f'column "{name}" has no number in {count} rows, {part:.3g} %', "", 'missing = "coast"')
+        yield Finding(
+            "missing",
+            level,
+            f'column "{name}" has no number in {count} rows, {part:.3g} %',
+            "",
+            'missing = "coast"',
+        )
 
 
 def _stuck(survey: Survey, place: int, name: str) -> Iterator[Finding]:
@@ -38,7 +44,10 @@ def _stuck(survey: Survey, place: int, name: str) -> Iterator[Finding]:
         return
     if changes <= 1 and survey.rows > 1:
         yield Finding(
-            "stuck", "wrong", f'column "{name}" is {channels.stuck_value[place]:g} in every row', "a sensor's noise never rests"
+            "stuck",
+            "wrong",
+            f'column "{name}" is {channels.stuck_value[place]:g} in every row',
+            "a sensor's noise never rests",
         )
         return
     others = changes / max(survey.rows - longest, 1)

@@ -11,7 +11,7 @@ from compfilt.logs.check.report import Finding
 from compfilt.logs.check.rests import Rest
 from compfilt.logs.check.scale import GyroScale, read_scale
 from compfilt.logs.check.survey import Survey
-from compfilt.logs.check.turning import Fit, Trial, fit, try_mountings
+from compfilt.logs.check.turning import SURE, Fit, Trial, fit, try_mountings
 
 __all__ = ["Comparison", "compare", "judge_gyro"]
 
@@ -41,7 +41,11 @@ def compare(survey: Survey, rests: list[Rest]) -> Comparison:
     scale: float | None = None
     # The field first: it knows no accelerations. A scale that it is sure of need not be found again.
     for sensor in ("magnetometer", "accelerometer"):
-        if sensor not in survey.claims.triads or not _is_alive(survey, sensor) or not _is_alive(survey, "gyro"):
+        if (
+            sensor not in survey.claims.triads
+            or not _is_alive(survey, sensor)
+            or not _is_alive(survey, "gyro")
+        ):
             continue
         vector = survey.columns_of(sensor)
         trial = try_mountings(survey.segments, rates, vector, bias, scale)
@@ -49,9 +53,11 @@ def compare(survey: Survey, rests: list[Rest]) -> Comparison:
             continue
         start = trial.scale * trial.mounting
         trials[sensor] = trial, fit(survey.segments, rates, vector, bias, start)
-        if trial.sure and trial.unturned_margin > 4.0:
+        if trial.sure and trial.unturned_margin > SURE:
             scale = trial.scale
-    gravity, field = (trials[name][0] if name in trials else None for name in ("accelerometer", "magnetometer"))
+    gravity, field = (
+        trials[name][0] if name in trials else None for name in ("accelerometer", "magnetometer")
+    )
     mounting = decide(gravity, field)
     carried = None
     if gravity is not None:
@@ -89,7 +95,9 @@ def _scale(survey: Survey, seen: Comparison) -> Iterator[Finding]:
     triad = claims.triads["gyro"]
     if not scale.known:
         named = f"; {triad.unit.name} was not contradicted" if triad.unit is not None else ""
-        yield Finding("gyro unit", "unknown", "too little turns away from the vertical to tell" + named, _numbers(seen))
+        yield Finding(
+            "gyro unit", "unknown", "too little turns away from the vertical to tell" + named, _numbers(seen)
+        )
         return
     evidence = f"what the other sensors see turns {scale.factor:.4g} +- {scale.error:.2g} times as far as the gyro says; {_numbers(seen)}"
     if scale.claimed:
@@ -99,7 +107,9 @@ def _scale(survey: Survey, seen: Comparison) -> Iterator[Finding]:
     elif scale.unit is not None:
         fix = f"gyro = {mended(triad, seen.mounting.gyro, scale.unit.name)}"
         level = "wrong" if triad.unit is not None else "note"
-        what = f"the gyro is in {scale.unit.name}" + (f", not in {triad.unit.name}" if triad.unit is not None else "")
+        what = f"the gyro is in {scale.unit.name}" + (
+            f", not in {triad.unit.name}" if triad.unit is not None else ""
+        )
         yield Finding("gyro unit", level, what, evidence, fix)
     elif claims.rate is not None:
         yield Finding(
@@ -125,7 +135,11 @@ def _axes(survey: Survey, seen: Comparison) -> Iterator[Finding]:
     for sensor in mounting.wrong:
         triad = survey.claims.triads[sensor]
         matrix = getattr(mounting, sensor)
-        unit = triad.unit.name if triad.unit is not None else {"gyro": "rad/s", "accelerometer": "m/s^2"}.get(sensor, "uT")
+        unit = (
+            triad.unit.name
+            if triad.unit is not None
+            else {"gyro": "rad/s", "accelerometer": "m/s^2"}.get(sensor, "uT")
+        )
         if sensor == "gyro" and not seen.scale.claimed and seen.scale.unit is not None:
             unit = seen.scale.unit.name
         hand = "are left-handed" if np.linalg.det(matrix) < 0.0 else "are not those that the columns say"
@@ -142,10 +156,15 @@ def _axes(survey: Survey, seen: Comparison) -> Iterator[Finding]:
     for sensor, (trial, _) in seen.trials.items():
         if trial.sure and trial.accepts_axes:
             yield Finding(
-                "axes", "note", f"gyro and {sensor} agree", f"{_number(sensor, trial)}; every other of 48 ways is worse"
+                "axes",
+                "note",
+                f"gyro and {sensor} agree",
+                f"{_number(sensor, trial)}; every other of 48 ways is worse",
             )
         elif sensor == "accelerometer":
-            yield Finding("axes", "unknown", f"gyro and {sensor}: {_left_open(trial)}", _number(sensor, trial))
+            yield Finding(
+                "axes", "unknown", f"gyro and {sensor}: {_left_open(trial)}", _number(sensor, trial)
+            )
     if gravity is None:
         yield Finding("axes", "unknown", "the accelerometer cannot be compared with the gyro")
 
@@ -161,7 +180,8 @@ def describe(matrix: np.ndarray) -> str:
     """Say where each axis is found, ``x = y, y = -x, z = z``."""
     places = np.argmax(np.abs(matrix), axis=1)
     return ", ".join(
-        f"{'xyz'[row]} = {'-' if matrix[row, place] < 0 else ''}{'xyz'[place]}" for row, place in enumerate(places)
+        f"{'xyz'[row]} = {'-' if matrix[row, place] < 0 else ''}{'xyz'[place]}"
+        for row, place in enumerate(places)
     )
 
 
@@ -177,4 +197,7 @@ def _number(sensor: str, trial: Trial) -> str:
     text = f"turned by the gyro, {WHO[sensor]} misses itself by {trial.angle:.2g} deg over {2 * trial.span:.2g} s"
     if trial.claimed_margin > 0.0:
         text += f", as claimed by {trial.claimed_angle:.2g} deg ({trial.claimed_margin:.1f} standard errors worse)"
-    return text + f"; the next best of 48 ways is {trial.margin:.1f} standard errors worse ({trial.moments} moments)"
+    return (
+        text
+        + f"; the next best of 48 ways is {trial.margin:.1f} standard errors worse ({trial.moments} moments)"
+    )

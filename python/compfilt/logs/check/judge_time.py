@@ -15,7 +15,11 @@ def judge_time(survey: Survey) -> Iterator[Finding]:
     if times is None:
         if claims.rate is None:
             yield Finding(
-                "time", "wrong", "no column of times was found", "no name looks like one", "rate = 100.0  # (Hz) yours"
+                "time",
+                "wrong",
+                "no column of times was found",
+                "no name looks like one",
+                "rate = 100.0  # (Hz) yours",
             )
         if 0 < survey.channels.repeated < 0.3 * survey.rows:
             yield Finding(
@@ -46,15 +50,20 @@ def _unit(survey: Survey, times: Times) -> Iterator[Finding]:
         yield Finding(
             "time unit",
             "wrong",
-            f'the times are in {unit.name}, not in {claims.time_unit.name}',
+            f"the times are in {unit.name}, not in {claims.time_unit.name}",
             f"{evidence}: that is {claimed:.3g} Hz in {claims.time_unit.name}, and {rate:.5g} Hz in {unit.name}",
             fix,
         )
     else:
-        yield Finding("rate", "note", f"{rate:.6g} Hz, time in {unit.name}", evidence, "" if claims.time_unit else fix)
+        yield Finding(
+            "rate", "note", f"{rate:.6g} Hz, time in {unit.name}", evidence, "" if claims.time_unit else fix
+        )
     if jitter > 100.0:
         yield Finding(
-            "jitter", "note", "the steps differ by more than the usual step", evidence + "; the filters take times as they come"
+            "jitter",
+            "note",
+            "the steps differ by more than the usual step",
+            evidence + "; the filters take times as they come",
         )
 
 
@@ -100,12 +109,16 @@ def _gaps(survey: Survey, times: Times) -> Iterator[Finding]:
         f"{gaps.count} gap{'s' if gaps.count > 1 else ''}, the longest {seconds:.3g} s"
         + (", which the recipe's policy knows of" if known else ""),
         f"{gaps.where()}: {lost:.3g} s in all, while the usual step is {survey.period:.3g} s",
-        "" if known else f'[policy] gap = {{ longer_than = "{max(0.9 * seconds, 3.0 * survey.period) if gaps.count == 1 else 10.0 * survey.period:.3g} s", do = "reset" }}',
+        ""
+        if known
+        else f'[policy] gap = {{ longer_than = "{max(0.9 * seconds, 3.0 * survey.period) if gaps.count == 1 else 10.0 * survey.period:.3g} s", do = "reset" }}',
     )
 
 
 def _seconds(survey: Survey, times: Times) -> float:
-    return float(times.last - times.first) * (survey.time_unit.factor if survey.time_unit is not None else 1.0)
+    return float(times.last - times.first) * (
+        survey.time_unit.factor if survey.time_unit is not None else 1.0
+    )
 
 
 def _times(count: int) -> str:

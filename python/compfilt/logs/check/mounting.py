@@ -38,7 +38,7 @@ class Mounting:
     reason: str
 
 
-def decide(gravity: Trial | None, field: Trial | None) -> Mounting:
+def decide(gravity: Trial | None, field: Trial | None) -> Mounting:  # noqa: PLR0911 - one return a case
     """Choose the sensor that is to be changed: the one that two others agree against, or else the smallest change.
 
     The trials are those against the accelerometer and against the magnetometer, None where there is none to go by.
@@ -54,15 +54,25 @@ def decide(gravity: Trial | None, field: Trial | None) -> Mounting:
         assert with_field is not None
         assert gravity is not None
         if gravity.sure:
-            return Mounting(EYE, EYE, _undone(with_field), ("magnetometer",), "gyro and accelerometer agree with each other")
-        return Mounting(with_field, EYE, EYE, ("gyro",), "the magnetometer shows it; gravity alone does not tell")
+            return Mounting(
+                EYE,
+                EYE,
+                _undone(with_field),
+                ("magnetometer",),
+                "gyro and accelerometer agree with each other",
+            )
+        return Mounting(
+            with_field, EYE, EYE, ("gyro",), "the magnetometer shows it; gravity alone does not tell"
+        )
     if with_field is None:
         if np.linalg.det(with_force) > 0.0:
             reason = "gyro and magnetometer agree with each other"
             return Mounting(EYE, _undone(with_force), EYE, ("accelerometer",), reason)
         return _alone(with_force)
     if np.array_equal(with_force, with_field) or (gravity is not None and gravity.leaves_open(with_field)):
-        return Mounting(with_field, EYE, EYE, ("gyro",), "accelerometer and magnetometer agree with each other")
+        return Mounting(
+            with_field, EYE, EYE, ("gyro",), "accelerometer and magnetometer agree with each other"
+        )
     if np.linalg.det(with_force) * np.linalg.det(with_field) > 0.0:
         reason = "all three disagree; the accelerometer was taken as it is"
         return Mounting(with_force, EYE, _undone(with_field @ with_force.T), ("gyro", "magnetometer"), reason)
@@ -103,7 +113,9 @@ def _size(matrix: Array) -> int:
 def turned_columns(triad: Triad, matrix: Array) -> tuple[tuple[str, ...], tuple[float, ...]]:
     """Return the columns in the right order and the sign of each."""
     order = np.argmax(np.abs(matrix), axis=1)
-    return tuple(triad.columns[place] for place in order), tuple(float(matrix[row, place]) for row, place in enumerate(order))
+    return tuple(triad.columns[place] for place in order), tuple(
+        float(matrix[row, place]) for row, place in enumerate(order)
+    )
 
 
 def mended(triad: Triad, matrix: Array, unit: str, factor: float = 1.0) -> str:

@@ -22,7 +22,11 @@ def propose(survey: Survey, seen: Comparison, length: Length, direction: Array) 
     else:
         unit = triad.unit.name if triad.unit is not None else "m/s^2"
         lines.append(f"accelerometer = {mended(triad, change, unit, length.factor)}")
-    if "magnetometer" in claims.triads and "magnetometer" in seen.trials and seen.trials["magnetometer"][0].sure:
+    if (
+        "magnetometer" in claims.triads
+        and "magnetometer" in seen.trials
+        and seen.trials["magnetometer"][0].sure
+    ):
         field = claims.triads["magnetometer"]
         unit = field.unit.name if field.unit is not None else "uT"
         lines.append(f"magnetometer = {mended(field, seen.mounting.magnetometer, unit)}")
@@ -30,7 +34,12 @@ def propose(survey: Survey, seen: Comparison, length: Length, direction: Array) 
     lines += [f'axes = "{axes}"', "", "[filter]", 'kind = "attitude"', 'method = "gravity"']
     if survey.times is not None:
         lines += ["", "[policy]", 'gap = { longer_than = "500 ms", do = "reset" }']
-    lines += ["", "[output]", 'columns = ["roll", "pitch", "yaw", "gyro_bias", "at_rest", "flags"]', 'unit = "deg"']
+    lines += [
+        "",
+        "[output]",
+        'columns = ["roll", "pitch", "yaw", "gyro_bias", "at_rest", "flags"]',
+        'unit = "deg"',
+    ]
     if claims.time is not None:
         lines.append(f'keep = ["{claims.time}"]')
     return "\n".join(lines) + "\n"
@@ -43,12 +52,16 @@ def _clock(survey: Survey, seen: Comparison) -> str:
     rate = 1.0 / survey.period
     if not seen.scale.claimed and seen.scale.unit is None:
         rate /= seen.scale.factor
-    return f"rate = {rate:.6g}" + ("" if claims.rate is not None else "  # a guess, if the gyro's unit is right")
+    return f"rate = {rate:.6g}" + (
+        "" if claims.rate is not None else "  # a guess, if the gyro's unit is right"
+    )
 
 
 def _gyro(survey: Survey, seen: Comparison) -> str:
     triad, scale = survey.claims.triads["gyro"], seen.scale
-    unit = scale.unit.name if scale.unit is not None else triad.unit.name if triad.unit is not None else "rad/s"
+    unit = (
+        scale.unit.name if scale.unit is not None else triad.unit.name if triad.unit is not None else "rad/s"
+    )
     by_rate = survey.times is None
     factor = scale.factor if scale.unit is None and scale.known and not scale.claimed and not by_rate else 1.0
     return mended(triad, seen.mounting.gyro, unit, factor)

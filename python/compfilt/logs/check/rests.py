@@ -51,7 +51,9 @@ def find_rests(segments: Segments, rates: slice, force: slice) -> list[Rest]:
     piece = np.repeat(segments.numbers, round(LENGTH))
     rests, start = [], 0
     for second in range(1, len(quiet) + 1):
-        goes_on = second < len(quiet) and quiet[second] == quiet[start] and piece[second] - piece[second - 1] <= 1.0
+        goes_on = (
+            second < len(quiet) and quiet[second] == quiet[start] and piece[second] - piece[second - 1] <= 1.0
+        )
         if goes_on:
             continue
         if quiet[start] and second - start >= SHORTEST:

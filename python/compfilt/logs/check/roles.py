@@ -34,7 +34,9 @@ def by_behaviour(path: str | Path, columns: list[Column], named: Claims) -> Clai
     for gyro, force in permutations(triads.values(), 2):
         if set(gyro.columns) & set(force.columns):
             continue
-        rates, vector = (slice(names.index(triad.columns[0]), names.index(triad.columns[0]) + 3) for triad in (gyro, force))
+        rates, vector = (
+            slice(names.index(triad.columns[0]), names.index(triad.columns[0]) + 3) for triad in (gyro, force)
+        )
         rests = find_rests(seen.segments, rates, vector)
         bias = np.median([one.mean[rates] for one in rests], axis=0) if rests else np.zeros(3)
         trial = try_mountings(seen.segments, rates, vector, bias)

@@ -48,14 +48,21 @@ def read_scale(survey: Survey, trials: list[tuple[Trial, Fit]], carried: float |
     usable = [
         (trial, fit)
         for trial, fit in trials
-        if trial.unturned_margin > SURE and trial.sure and fit.scale > 0.0 and fit.scale_error < 0.1 * fit.scale
+        if trial.unturned_margin > SURE
+        and trial.sure
+        and fit.scale > 0.0
+        and fit.scale_error < 0.1 * fit.scale
     ]
     if usable:
         fit = min((fit for _, fit in usable), key=lambda fit: fit.scale_error / fit.scale)
         factor, error = fit.scale, fit.scale_error
     elif carried is not None:
         factor, error = carried, 0.1 * carried
-    elif wild := [trial for trial, _ in trials if trial.scale < 1.0 and trial.claimed_margin > SURE and trial.claimed_angle > WILD]:
+    elif wild := [
+        trial
+        for trial, _ in trials
+        if trial.scale < 1.0 and trial.claimed_margin > SURE and trial.claimed_angle > WILD
+    ]:
         factor, error = wild[0].scale, 0.3 * wild[0].scale
     else:
         return GyroScale(1.0, np.inf, claimed, claimed is not None)

@@ -64,5 +64,9 @@ def read_chunks(path: str | Path, time: str | None, signals: Sequence[str]) -> I
             ticks = batch.column(time).to_numpy(zero_copy_only=False)
             # Before they become floats: those resolve an epoch in nanoseconds to 0.2 us only.
             if origin is None:
-                origin = ticks[0] if np.issubdtype(ticks.dtype, np.integer) or np.isfinite(ticks[0]) else ticks.dtype.type(0)
+                origin = (
+                    ticks[0]
+                    if np.issubdtype(ticks.dtype, np.integer) or np.isfinite(ticks[0])
+                    else ticks.dtype.type(0)
+                )
             yield Chunk((ticks - origin).astype(np.float64), values)  # type: ignore[operator]

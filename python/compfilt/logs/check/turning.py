@@ -32,7 +32,7 @@ EXPLAINED = 0.25
 """A scale that leaves less than this part of the turn unexplained is looked for no further."""
 WILD = 20.0
 """Degrees by which gravity misses itself where a gyro turns it wildly."""
-SURE = 4.0
+SURE = 3.5
 """So many standard errors are beyond doubt."""
 LIKELY = 3.0
 """So many let the others be left out of account."""
@@ -153,13 +153,12 @@ def _find_scale(turns: Array, seen: Array) -> float:
     unturned = _misses(turns, seen, np.zeros((1, 3, 3)), SPANS[0])[0]
     claimed = _misses(turns, seen, MOUNTINGS, SPANS[0])
     best = _least(claimed)
-    if _clearly_less(best, unturned) and best.mean() < EXPLAINED * unturned.mean():
+    if best.mean() < EXPLAINED * unturned.mean() and _singles_out(claimed, best):
         return 1.0
-    usual = _misses(turns, seen, np.concatenate([scale * MOUNTINGS for scale in SCALES]), SPANS[0])
-    place = int(usual.mean(axis=1).argmin()) // len(MOUNTINGS)
-    scale, best = SCALES[place], _least(usual)
-    rivals = _margins(usual[len(MOUNTINGS) * place : len(MOUNTINGS) * (place + 1)], best)
-    if np.sum(rivals < LIKELY) > 1:
+    usual = [_misses(turns, seen, scale * MOUNTINGS, SPANS[0]) for scale in SCALES]
+    place = min(range(len(SCALES)), key=lambda place: float(usual[place].mean(axis=1).min()))
+    scale, best = SCALES[place], _least(usual[place])
+    if not _singles_out(usual[place], best):
         # A scale that fits singles out one mounting: this one may be a chance.
         found = _search_scale(turns, seen)
         other = _least(_misses(turns, seen, found * MOUNTINGS, SPANS[0]))
@@ -168,9 +167,15 @@ def _find_scale(turns: Array, seen: Array) -> float:
     if _clearly_less(best, unturned) and _clearly_less(best, claimed[IDENTITY]):
         return scale
     # A gyro that turns wildly where gravity hardly moves is in degrees, even if what it turns is too little to show more.
-    degrees = usual[len(MOUNTINGS) * SCALES.index(np.pi / 180.0)]
-    wild = claimed.mean(axis=1).min() > WILD and degrees.mean() < 0.2 * claimed.mean(axis=1).min()
-    return np.pi / 180.0 if wild and _clearly_less(degrees, _least(claimed)) else 1.0
+    degrees = usual[SCALES.index(np.pi / 180.0)][IDENTITY]
+    least = _least(claimed)
+    wild = least.mean() > WILD and degrees.mean() < 0.2 * least.mean()
+    return np.pi / 180.0 if wild and _clearly_less(degrees, least) else 1.0
+
+
+def _singles_out(misses: Array, best: Array) -> bool:
+    """Whether all mountings but one are left out of account."""
+    return int(np.sum(_margins(misses, best) < LIKELY)) == 1
 
 
 def _least(misses: Array) -> Array:
