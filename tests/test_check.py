@@ -15,11 +15,12 @@ from compfilt.logs.check import check_log
 from compfilt.logs.check import segments as segments_module
 from compfilt.logs.check.channels import Channels
 from compfilt.logs.check.claims import by_names
+from compfilt.logs.check.fit import fit
 from compfilt.logs.check.mounting import decide, mended, turned_columns
 from compfilt.logs.check.segments import Slicer
 from compfilt.logs.check.source import Column, number_columns
 from compfilt.logs.check.times import Times, likely_unit
-from compfilt.logs.check.turning import MOUNTINGS, fit, try_mountings
+from compfilt.logs.check.turning import MOUNTINGS, try_mountings
 from handled import FORCE, GYRO, MAG, handled, save
 
 # Which way is up shows only where the body stands upright most of the time: see the test of the drive.

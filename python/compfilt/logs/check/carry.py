@@ -5,11 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from compfilt.logs.check.frame import turn
 from compfilt.logs.check.rests import Rest
 from compfilt.logs.check.segments import LENGTH
 from compfilt.logs.check.source import Array
 from compfilt.logs.check.survey import Survey
-from compfilt.logs.check.turning import SCALES, turn
+from compfilt.logs.check.turning import SCALES
 
 __all__ = ["Carried", "carry_between_rests"]
 

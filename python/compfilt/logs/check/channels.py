@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compfilt.logs.check.source import Array
+from compfilt.logs.check.source import Array, Mask
 
 __all__ = ["Channels", "Limit"]
 
@@ -38,7 +38,7 @@ class Channels:
         self._before: Array | None = None
         self._tops = [[np.empty((0, 2)), np.empty((0, 2))] for _ in range(count)]
 
-    def follow(self, values: Array) -> Array:
+    def follow(self, values: Array) -> Mask:
         """Take the next rows; return which of them are equal to the row before in every column."""
         before = np.full((1, values.shape[1]), np.nan) if self._before is None else self._before
         steps = np.diff(values, axis=0, prepend=before)
@@ -52,13 +52,13 @@ class Channels:
         self._follow_runs(values, changed, lively)
         for place in range(values.shape[1]):
             self._follow_tops(place, np.where(lively, values[:, place], np.nan))
-        same = ~changed.any(axis=1)
+        same: Mask = np.asarray(~changed.any(axis=1))
         self.repeated += int(same.sum())
         self.rows += len(values)
         self._before = values[-1:]
         return same
 
-    def _follow_runs(self, values: Array, changed: Array, lively: Array) -> None:
+    def _follow_runs(self, values: Array, changed: Mask, lively: Mask) -> None:
         """Find each column's longest run of one value, counted in rows in which the other columns change."""
         lasting = np.cumsum(lively)
         for place in range(values.shape[1]):

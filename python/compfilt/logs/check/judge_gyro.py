@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from compfilt.logs.check.carry import Carried, carry_between_rests
+from compfilt.logs.check.fit import Fit, fit
 from compfilt.logs.check.mounting import Mounting, decide, mended
-from compfilt.logs.check.report import Finding
+from compfilt.logs.check.report import Finding, Level
 from compfilt.logs.check.rests import Rest
 from compfilt.logs.check.scale import GyroScale, read_scale
 from compfilt.logs.check.survey import Survey
-from compfilt.logs.check.turning import SURE, Fit, Trial, fit, try_mountings
+from compfilt.logs.check.turning import SURE, Trial, try_mountings
 
 __all__ = ["Comparison", "compare", "judge_gyro"]
 
@@ -106,7 +107,7 @@ def _scale(survey: Survey, seen: Comparison) -> Iterator[Finding]:
         yield Finding("gyro unit", "note", unit, evidence, fix)
     elif scale.unit is not None:
         fix = f"gyro = {mended(triad, seen.mounting.gyro, scale.unit.name)}"
-        level = "wrong" if triad.unit is not None else "note"
+        level: Level = "wrong" if triad.unit is not None else "note"
         what = f"the gyro is in {scale.unit.name}" + (
             f", not in {triad.unit.name}" if triad.unit is not None else ""
         )

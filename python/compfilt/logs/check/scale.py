@@ -4,8 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from compfilt.logs.check.fit import Fit
 from compfilt.logs.check.survey import Survey
-from compfilt.logs.check.turning import SURE, WILD, Fit, Trial
+from compfilt.logs.check.turning import SURE, WILD, Trial
 from compfilt.logs.units import ANGULAR_RATE, Unit, parse_unit
 
 __all__ = ["GyroScale", "read_scale"]
@@ -38,7 +39,7 @@ class GyroScale(NamedTuple):
     @property
     def known(self) -> bool:
         """Whether the log says anything."""
-        return np.isfinite(self.error)
+        return bool(np.isfinite(self.error))
 
 
 def read_scale(survey: Survey, trials: list[tuple[Trial, Fit]], carried: float | None) -> GyroScale:
