@@ -14,7 +14,7 @@ MOST_SEGMENTS = 48
 def liveliest(segments: Segments, rates: slice, bias: Array) -> Array:
     """Choose the pieces that turn most, without one wild piece deciding."""
     turned = np.abs(segments.values[..., rates] - bias).sum(axis=(1, 2))
-    return np.sort(np.argsort(-turned)[:MOST_SEGMENTS])
+    return np.asarray(np.sort(np.argsort(-turned)[:MOST_SEGMENTS]))
 
 
 def misses(turns: Array, seen: Array, matrices: Array, span: float) -> Array:
