@@ -32,7 +32,7 @@ def fit(segments: Segments, rates: slice, vector: slice, bias: Array, start: Arr
     matrix, offset = start.copy(), np.zeros(3)
     size = float(np.abs(start).max())
     step = 1e-3 * size
-    for _ in range(3):
+    for _ in range(8):
         nudges = np.concatenate((np.zeros((1, 3, 3)), step * np.eye(9).reshape(9, 3, 3)))
         turns = (readings - offset) * durations
         before, after = means(turns, seen, matrix + nudges, SPAN)
@@ -46,6 +46,8 @@ def fit(segments: Segments, rates: slice, vector: slice, bias: Array, start: Arr
             slopes.append(((moved - gaps[0]) * size / 1e-3)[..., None])
         change, covariance = _robust(np.concatenate(slopes, axis=-1), gaps[0])
         matrix, offset = matrix + change[:9].reshape(3, 3), offset + change[9:]
+        if np.abs(change[:9]).max() < 2e-3 * size:
+            break
     error = np.sqrt(np.diag(covariance))[:9].reshape(3, 3)
     inside = np.abs(start) > 0.0
     parts, weights = (matrix * np.sign(start))[inside], 1.0 / np.maximum(error[inside], 1e-12) ** 2
