@@ -139,7 +139,11 @@ def triads_without_names(columns: Sequence[Column]) -> list[Triad]:
     """Return what may be sensors if the names do not say it: groups by axis, or else every three columns in a row."""
     groups = [Triad(tuple(column.name for column in group)) for _, group in _groups(columns)]
     names = [column.name for column in columns]
-    return groups if len(groups) > 1 else [Triad(tuple(names[i : i + 3])) for i in range(min(len(names) - 2, 16))]
+    return (
+        groups
+        if len(groups) > 1
+        else [Triad(tuple(names[i : i + 3])) for i in range(min(len(names) - 2, 16))]
+    )
 
 
 def _groups(columns: Sequence[Column]) -> Iterator[tuple[str, list[Column]]]:
