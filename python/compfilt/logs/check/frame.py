@@ -22,7 +22,7 @@ def misses(turns: Array, seen: Array, matrices: Array, span: float) -> Array:
     before, after = means(turns, seen, matrices, span)
     cross = np.linalg.norm(np.cross(before, after), axis=-1)
     dot = (before * after).sum(axis=-1)
-    return np.degrees(np.arctan2(cross, dot)).reshape(len(matrices), -1)
+    return np.asarray(np.degrees(np.arctan2(cross, dot)).reshape(len(matrices), -1))
 
 
 def means(turns: Array, seen: Array, matrices: Array, span: float) -> tuple[Array, Array]:
