@@ -85,7 +85,8 @@ class Channels:
                 rows = at
             joined = np.concatenate((known, np.column_stack((signed, self.rows + rows))))
             if len(joined) > KEPT:
-                joined = joined[np.argpartition(-joined[:, 0], KEPT - 1)[:KEPT]]
+                # Of equal values the first, so that nothing depends on the batches.
+                joined = joined[np.lexsort((joined[:, 1], -joined[:, 0]))[:KEPT]]
             self._tops[place][end] = joined
 
     def limits(self, place: int) -> list[Limit]:
@@ -105,5 +106,5 @@ class Channels:
             near = int(np.sum(tops[:, 0] >= largest - NEAR * (high + low))) - len(at)
             places = 1 + int(np.sum(np.diff(np.sort(at[:, 1])) > 1.0))
             if len(at) >= 3 and len(at) > near:
-                found.append(Limit(sign * largest, len(at), places))
+                found.append(Limit(float(sign * largest), len(at), places))
         return found

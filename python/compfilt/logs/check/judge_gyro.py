@@ -155,7 +155,7 @@ def _axes(survey: Survey, seen: Comparison) -> Iterator[Finding]:
         return
     gravity = seen.trials.get("accelerometer")
     for sensor, (trial, _) in seen.trials.items():
-        if trial.sure and trial.accepts_axes:
+        if trial.sure and trial.identity_margin == 0.0:
             yield Finding(
                 "axes",
                 "note",
@@ -174,6 +174,8 @@ def _left_open(trial: Trial) -> str:
     """Say what the log does not tell."""
     if not trial.accepts_axes:
         return "they do not fit as claimed, and no other way is beyond doubt"
+    if trial.identity_margin > 0.0:
+        return "another way fits better than the claimed one, but not beyond doubt"
     return f"as claimed fits, but so do {len(trial.open) - 1} of the 47 other ways: there is too little turning to tell"
 
 
