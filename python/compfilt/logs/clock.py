@@ -32,6 +32,10 @@ class Timeline:
         self._origin: np.generic | None = None
         self._last: float | None = None
 
+    def count_from(self, origin: np.generic) -> None:
+        """Count whole numbers from the log's first one, for a log that is not read from its beginning."""
+        self._origin = origin if isinstance(origin, np.integer) else None
+
     def seconds(self, ticks: npt.NDArray[np.generic], first_row: int) -> npt.NDArray[np.float64]:
         """Convert one batch to seconds.
 

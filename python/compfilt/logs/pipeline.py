@@ -14,7 +14,7 @@ from compfilt.logs.errors import LogError, RecipeError
 from compfilt.logs.outputs import choose
 from compfilt.logs.recipe import Recipe
 
-__all__ = ["Pipeline"]
+__all__ = ["Pipeline", "start_stream"]
 
 Values = npt.NDArray[np.floating]
 
@@ -60,7 +60,7 @@ class Pipeline:
         self.gaps = 0
         self.counts: dict[str, int] = {}
         self._dtype = _dtype(recipe, schema)
-        self._stream = _start(recipe, self._dtype)
+        self._stream = start_stream(recipe, self._dtype)
         self._timeline = None
         if recipe.clock.column is not None and recipe.clock.unit is not None:
             self._timeline = Timeline(recipe.clock.column, recipe.clock.unit, recipe.policy.gap)
@@ -146,7 +146,7 @@ class Pipeline:
                 *(argument[part] for argument in arguments), t=None if seconds is None else seconds[part]
             )
             if start in anew:
-                estimate.flags[0] |= compfilt.Flags.RESTARTED
+                estimate.flags[0] |= np.uint8(compfilt.Flags.RESTARTED)
             for name, count in estimate.counts.items():
                 self.counts[name] = self.counts.get(name, 0) + int(count)
             estimates.append(estimate)
@@ -171,9 +171,9 @@ def _dtype(recipe: Recipe, schema: pa.Schema | None) -> type[np.floating]:
     return np.float32 if single else np.float64
 
 
-def _start(recipe: Recipe, dtype: type[np.floating]) -> Any:  # noqa: ANN401 - any stream
+def start_stream(recipe: Recipe, dtype: type[np.floating], **options: Any) -> Any:  # noqa: ANN401 - any stream
     """Make the filter and a stream of it; what the core refuses is an error of the recipe."""
-    policy: dict[str, Any] = {"missing": recipe.policy.missing}
+    policy: dict[str, Any] = {"missing": recipe.policy.missing, **options}
     if recipe.policy.hold is not None:
         policy["hold"] = recipe.policy.hold
     try:

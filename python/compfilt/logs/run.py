@@ -12,7 +12,7 @@ from compfilt.logs.readers import Columns, open_log
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.writers import check_ending, check_target, create_log
 
-__all__ = ["Job", "Summary", "plan", "run_log", "run_logs"]
+__all__ = ["Job", "Summary", "plan", "prepare", "run_log", "run_logs"]
 
 
 class Job(NamedTuple):
@@ -175,17 +175,24 @@ def run_logs(
         The filter cannot be built or does not have an output that the recipe asks for, or a folder cannot be made;
         no log was opened.
     """
-    Pipeline(recipe)  # what is wrong with the recipe is said once
-    for folder in dict.fromkeys(job.out.parent for job in jobs):
-        _make(folder)
+    prepare(recipe, jobs)
     return sum(not _run_job(recipe, job, advance, report) for job in jobs)
 
 
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UsageError(f"{folder}: the folder cannot be made: {error.strerror}") from None
+def prepare(recipe: Recipe, jobs: Sequence[Job]) -> None:
+    """Make the folders of the results, once it is clear that the filter can be built.
+
+    Raises
+    ------
+    UsageError
+        As :func:`run_logs`.
+    """
+    Pipeline(recipe)  # what is wrong with the recipe is said once
+    for folder in dict.fromkeys(job.out.parent for job in jobs):
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise UsageError(f"{folder}: the folder cannot be made: {error.strerror}") from None
 
 
 def _run_job(
