@@ -71,7 +71,7 @@ def test_tilt_recipe():
     assert recipe.filter.kind == "tilt"
     assert recipe.filter.design.parameters == {"kp": 20.0, "ki": 10.0}
     assert recipe.filter.structure == {"axes": "flu"}
-    assert recipe.policy.missing == "coast"
+    assert recipe.policy.general.missing == "coast"
     assert recipe.policy.hold == pytest.approx(0.05)
     assert (recipe.policy.gap.longer_than, recipe.policy.gap.do) == (1.0, "reset")
     assert recipe.output.columns == ("roll", "pitch", "bias", "flags")
@@ -84,7 +84,7 @@ def test_two_signals_and_a_rate():
     assert recipe.clock.rate == 100.0
     assert recipe.filter.design.parameters == {"tau": 0.5}
     assert recipe.output.unit.name == "deg"  # that of the measurement
-    assert recipe.policy == type(recipe.policy)("coast", None, None)
+    assert recipe.policy == type(recipe.policy)()
 
 
 def test_position_from_acceleration():

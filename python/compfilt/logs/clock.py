@@ -1,19 +1,79 @@
-"""The time of the samples: to seconds, checked, with the gaps found."""
+"""The time of the samples: to seconds, checked, with what is odd about it found and dealt with."""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from compfilt.logs.errors import LogError
-from compfilt.logs.recipe import Gap
+from compfilt.logs.faults import Faults
+from compfilt.logs.policy import Gap, Policy
+from compfilt.logs.steps import Steps
 from compfilt.logs.units import Unit
 
-__all__ = ["Timeline"]
+__all__ = ["LISTED_GAPS", "FoundGap", "Timeline", "Timing"]
+
+LISTED_GAPS = 1000
+"""How many gaps are listed one by one; beyond that they are only counted."""
+
+Times = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.bool_]
+
+
+class FoundGap(NamedTuple):
+    """A gap: the row after it, counted from 1, the time before it, and how long it was, in seconds."""
+
+    row: int
+    after: float
+    seconds: float
+
+
+@dataclass
+class Timing:
+    """What the times of a batch say.
+
+    Attributes
+    ----------
+    seconds
+        (n,) the time that the filter sees.
+    faults
+        (n,) bits of :class:`Faults`.
+    coasting, holding
+        Where the signals do not count, and where the last good ones stand in for them.
+    restarts
+        Where the filter starts anew.
+    failure
+        The first row on which the log fails, counted from 0 in the batch, and why.
+    """
+
+    seconds: Times
+    faults: npt.NDArray[np.uint8]
+    coasting: Rows
+    holding: Rows
+    restarts: Rows
+    failure: tuple[int, str] | None = None
+
+    def mark(self, where: Rows, fault: Faults, do: str, why: str) -> None:
+        """Note a fault on some rows, and what is to be done about it; `why` belongs to the first of them."""
+        self.faults[where] |= np.uint8(fault)
+        if do == "fail":
+            row = int(where.argmax())
+            if self.failure is None or row < self.failure[0]:
+                self.failure = (row, why)
+        elif do == "coast":
+            self.coasting |= where
+        elif do == "hold":
+            self.holding |= where
+        elif do == "reset":
+            self.restarts |= where
 
 
 class Timeline:
-    """Turn a time column into seconds, batch by batch, and find where the log is interrupted.
+    """Turn a time column into seconds, batch by batch, and deal with gaps, equal times and ways back.
 
     Whole numbers are counted from the first one, since float64 resolves an epoch in nanoseconds to 0.2 µs only.
+    What is found does not depend on how the log is cut into batches.
 
     Parameters
     ----------
@@ -21,67 +81,153 @@ class Timeline:
         The column's name, for messages.
     unit
         The column's unit.
-    gap
-        What counts as a gap, if anything does.
+    policy
+        What to do about odd times.
+
+    Attributes
+    ----------
+    gaps : int
+        How many gaps there were.
+    listed : list of FoundGap
+        The first of them.
+    first, last : float or None
+        The first time, and the latest one, in seconds.
+    steps : Steps
+        The time steps within the log, gaps and ways back left out.
     """
 
-    def __init__(self, column: str, unit: Unit, gap: Gap | None) -> None:
+    def __init__(self, column: str, unit: Unit, policy: Policy) -> None:
         self.column = column
         self._unit = unit
-        self._gap = gap
-        self._origin: np.generic | None = None
-        self._last: float | None = None
+        self._policy = policy
+        self._origin: int | None = None
+        self._before: float | None = None
+        self._left_out = 0.0
+        self.gaps = 0
+        self.listed: list[FoundGap] = []
+        self.first: float | None = None
+        self.last: float | None = None
+        self.steps = Steps()
 
-    def count_from(self, origin: np.generic) -> None:
-        """Count whole numbers from the log's first one, for a log that is not read from its beginning."""
-        self._origin = origin if isinstance(origin, np.integer) else None
+    @property
+    def origin(self) -> int:
+        """What the seconds of whole numbers are counted from, in the column's unit."""
+        return self._origin or 0
 
-    def seconds(self, ticks: npt.NDArray[np.generic], first_row: int) -> npt.NDArray[np.float64]:
-        """Convert one batch to seconds.
+    def seconds(self, ticks: npt.NDArray[np.generic]) -> Times:
+        """Convert one batch, (n,) whole numbers or floats in the column's unit, to seconds."""
+        if np.issubdtype(ticks.dtype, np.integer):
+            if self._origin is None and ticks.size:
+                self._origin = int(ticks[0])
+            if self._origin:
+                ticks = ticks - ticks.dtype.type(self._origin)  # type: ignore[operator]
+            if np.issubdtype(ticks.dtype, np.unsignedinteger):
+                # A time before the first one wraps around; its difference, read with a sign, does not.
+                ticks = ticks.view(np.dtype(f"i{ticks.dtype.itemsize}"))
+        return ticks.astype(np.float64) * self._unit.factor
+
+    def judge(self, seconds: Times, first_row: int) -> Timing:
+        """Find what is odd about the times of the next batch.
 
         Parameters
         ----------
-        ticks
-            (n,) whole numbers or floats in the column's unit.
+        seconds
+            (n,) from `seconds`.
         first_row
             The number of the batch's first row in the log, counted from 1, for messages.
-
-        Raises
-        ------
-        LogError
-            A row has no time.
         """
-        if np.issubdtype(ticks.dtype, np.integer):
-            if self._origin is None and ticks.size:
-                self._origin = ticks[0]
-            ticks = ticks - self._origin if ticks.size else ticks  # type: ignore[operator]
-        seconds = ticks.astype(np.float64) * self._unit.factor
-        untimed = np.flatnonzero(~np.isfinite(seconds))
-        if untimed.size:
-            raise LogError(f'row {first_row + untimed[0]} has no time in column "{self.column}"')
-        return seconds
+        rows = seconds.size
+        timing = Timing(
+            seconds, np.zeros(rows, np.uint8), *(np.zeros(rows, np.bool_) for _ in range(3))
+        )
+        if not rows:
+            return timing
+        untimed = ~np.isfinite(seconds)
+        if untimed.any():
+            row = int(untimed.argmax())
+            timing.failure = (row, f'row {first_row + row} has no time in column "{self.column}"')
+            # What is wrong with the rows before it is still looked for: the first of all is what counts.
+            seconds[row:] = seconds[row - 1] if row else self._before or 0.0
+        if self.first is None:
+            self.first = float(seconds[0])
+        before = self._before
+        self._before = float(seconds[-1])
+        self._find(timing, before, first_row)
+        self.last = max(float(seconds.max()), seconds[0] if self.last is None else self.last)
+        return timing
 
-    def gaps(self, seconds: npt.NDArray[np.float64], first_row: int) -> npt.NDArray[np.intp]:
-        """Find the samples of a batch that come after a gap, and keep the batch's last time for the next one.
+    def _find(self, timing: Timing, before: float | None, first_row: int) -> None:
+        """Find ways back, equal times and gaps; change the time that the filter sees where the policy says so."""
+        raw = timing.seconds
+        latest = raw
+        if self._policy.backwards in ("coast", "hold"):
+            latest = np.maximum.accumulate(raw)
+            if self.last is not None:
+                latest = np.maximum(latest, self.last)
+                before = self.last
+        timing.seconds = latest
+        steps = np.diff(latest, prepend=latest[0] if before is None else before)
+        back = (steps < 0.0) | (raw < latest)
+        if back.any():
+            row = int(back.argmax())
+            by = -steps[row] if steps[row] < 0.0 else latest[row] - raw[row]
+            why = f"row {first_row + row}: time runs backwards by {by:.6g} s"
+            timing.mark(back, Faults.BACKWARDS, self._policy.backwards, why)
+        same = (steps == 0.0) & ~back
+        if before is None:
+            same[0] = False
+        if same.any():
+            row = int(same.argmax())
+            why = f"row {first_row + row} has the time of the row before"
+            timing.mark(same, Faults.DUPLICATE, self._policy.duplicate, why)
+        after_gap = self._find_gaps(timing, steps, first_row)
+        counted = ~(back | after_gap)
+        if before is None:
+            counted[0] = False
+        self.steps.add(steps if counted.all() else steps[counted])
 
-        Raises
-        ------
-        LogError
-            Time runs backwards, or there is a gap and the policy is to fail.
-        """
-        if not seconds.size:
-            return np.empty(0, dtype=np.intp)
-        before = seconds[0] if self._last is None else self._last
-        steps = np.diff(seconds, prepend=before)
-        back = np.flatnonzero(steps < 0.0)
-        if back.size:
-            row = int(back[0])
-            raise LogError(f"row {first_row + row}: time runs backwards by {-steps[row]:.6g} s")
-        self._last = float(seconds[-1])
-        if self._gap is None:
-            return np.empty(0, dtype=np.intp)
-        found = np.flatnonzero(steps > self._gap.longer_than)
-        if found.size and self._gap.do == "fail":
-            row = int(found[0])
-            raise LogError(f"row {first_row + row} comes {steps[row]:.6g} s after the one before: a gap")
+    def _find_gaps(self, timing: Timing, steps: Times, first_row: int) -> Rows:
+        """Find the rows that come after a gap."""
+        gap: Gap | None = self._policy.gap
+        if gap is None:
+            return np.zeros(steps.size, np.bool_)
+        found = steps > gap.longer_than
+        places = np.flatnonzero(found)
+        if places.size:
+            row = int(places[0])
+            why = f"row {first_row + row} comes {steps[row]:.6g} s after the one before: a gap"
+            # The sample after the gap is as good as any, whether the filter predicts over the gap or knows nothing of it.
+            timing.mark(found, Faults.GAP, "keep" if gap.do in ("coast", "hold") else gap.do, why)
+            ends = timing.seconds
+            for place in places[: max(0, LISTED_GAPS - self.gaps)].tolist():
+                length = float(steps[place])
+                self.listed.append(FoundGap(first_row + place, float(ends[place]) - length, length))
+            self.gaps += places.size
+        if gap.do == "hold":
+            # Summed one by one, whatever the batch, so that the sums do not depend on how the log is cut.
+            left_out = np.cumsum(np.concatenate([[self._left_out], np.where(found, steps, 0.0)]))
+            self._left_out = float(left_out[-1])
+            timing.seconds = timing.seconds - left_out[1:]
         return found
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """All that is carried from batch to batch, in plain numbers; set it to continue from there."""
+        return {
+            "origin": self._origin,
+            "before": self._before,
+            "left_out": self._left_out,
+            "gaps": self.gaps,
+            "listed": [list(gap) for gap in self.listed],
+            "first": self.first,
+            "last": self.last,
+            "steps": self.steps.state,
+        }
+
+    @state.setter
+    def state(self, value: dict[str, Any]) -> None:
+        self._origin, self._before = value["origin"], value["before"]
+        self._left_out, self.gaps = value["left_out"], value["gaps"]
+        self.listed = [FoundGap(*gap) for gap in value["listed"]]
+        self.first, self.last = value["first"], value["last"]
+        self.steps.state = value["steps"]

@@ -18,7 +18,7 @@ from compfilt.logs.parts import PART_ROWS, run_in_parts
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.run import Job, Summary, prepare, run_log
 
-__all__ = ["LOCAL", "connect", "run_long_log_on", "run_logs_on"]
+__all__ = ["LOCAL", "connect", "run_logs_on", "run_long_log_on"]
 
 LOCAL = "local"
 """The scheduler's address that stands for worker processes on this machine."""
@@ -63,7 +63,7 @@ def connect(scheduler: str, *, workers: int | None = None) -> Iterator[Client]:
         address: Any = scheduler
         if scheduler == LOCAL:
             address = stack.enter_context(
-                LocalCluster(
+                LocalCluster(  # type: ignore[no-untyped-call]
                     n_workers=workers or os.cpu_count() or 1,
                     threads_per_worker=1,
                     dashboard_address=None,
@@ -71,7 +71,9 @@ def connect(scheduler: str, *, workers: int | None = None) -> Iterator[Client]:
                 )
             )
         try:
-            client = stack.enter_context(Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False))
+            client = stack.enter_context(
+                Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)  # type: ignore[no-untyped-call]
+            )
         except (OSError, ValueError) as error:
             # The first line says what, the others where it was tried.
             reason = str(error).partition("\n")[0]
@@ -155,14 +157,15 @@ def run_long_log_on(
 def _done(client: Client, recipe: Recipe, jobs: Sequence[Job]) -> Iterator[tuple[Job, _Outcome]]:
     """Yield every job when it is done; the scheduler never has more than some of them at once."""
     waiting = iter(jobs)
-    running: dict[str, Job] = {}
+    running: dict[Any, Job] = {}
 
     def start(job: Job) -> Any:  # noqa: ANN401 - a future
         future = client.submit(_filter_log, recipe, Job(job.log.resolve(), job.out.resolve()), pure=False)
         running[future.key] = job
         return future
 
-    completed = as_completed([start(job) for job in itertools.islice(waiting, IN_FLIGHT)])
+    first = [start(job) for job in itertools.islice(waiting, IN_FLIGHT)]
+    completed: Any = as_completed(first)  # type: ignore[no-untyped-call]
     for future in completed:
         yield running.pop(future.key), _outcome(future)
         completed.update([start(job) for job in itertools.islice(waiting, 1)])

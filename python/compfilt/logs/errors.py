@@ -1,6 +1,6 @@
-"""The three ways in which work on logs fails, each with a message of one line."""
+"""The ways in which work on logs fails, each with a message of one line."""
 
-__all__ = ["LogError", "RecipeError", "UsageError"]
+__all__ = ["LogError", "RecipeError", "TruncatedLog", "UsageError"]
 
 
 class UsageError(Exception):
@@ -13,3 +13,21 @@ class RecipeError(UsageError):
 
 class LogError(Exception):
     """One log cannot be filtered; the message names the row or the column, not the file."""
+
+
+class TruncatedLog(LogError):
+    """A log can be read up to some row only; what comes before that row was read.
+
+    Attributes
+    ----------
+    rows : int
+        How many rows were read.
+    """
+
+    def __init__(self, rows: int, why: str) -> None:
+        super().__init__(f"the log cannot be read from row {rows + 1} on: {why}")
+        self.rows = rows
+        self._why = why
+
+    def __reduce__(self) -> tuple[type["TruncatedLog"], tuple[int, str]]:
+        return TruncatedLog, (self.rows, self._why)

@@ -9,7 +9,7 @@ from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.recipe import Recipe
 
 if TYPE_CHECKING:
-    import pandas as pd
+    import pandas as pd  # type: ignore[import-untyped]
 
 __all__ = ["filter_frame"]
 

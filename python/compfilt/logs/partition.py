@@ -45,7 +45,22 @@ def why_not_in_parts(recipe: Recipe) -> str | None:
         return "with a period a filter is not linear in its state"
     if filter_.stream.get("delay", 0.0) > 0.0:
         return "with a delay past estimates belong to the state"
-    return None
+    return _looking_back(recipe)
+
+
+def _looking_back(recipe: Recipe) -> str | None:
+    """Name a policy that judges a row by more than the samples and the time just before it."""
+    policy = recipe.policy
+    own = [policy.of(signal.name) for signal in recipe.filter.signals]
+    found = {
+        "stuck": any(signal.stuck for signal in own),
+        "clipped": any(signal.clipped for signal in own),
+        "duplicate": policy.duplicate not in {"keep", "fail"},
+        "backwards": policy.backwards != "fail",
+        "gap": policy.gap is not None and policy.gap.do == "hold",
+    }
+    name = next((name for name, looks_back in found.items() if looks_back), None)
+    return name and f'the policy "{name}" depends on rows further back'
 
 
 class Part(NamedTuple):
@@ -73,12 +88,25 @@ class PartPipeline(Pipeline):
         """Get to know all but the levels."""
         if seam.lead is None:
             return
-        if self._timeline is not None:
-            self._timeline.count_from(log.first_tick)
-        self.rows = seam.row - seam.lead.num_rows
+        unused = self.state
+        timeline = unused["timeline"]
+        if timeline is not None:
+            timeline["origin"] = log.origin
+        self.state = {**unused, "rows": seam.row - seam.lead.num_rows}
         self.process(seam.lead)
-        # What happened on the way belongs to the part before.
-        self.gaps, self.counts = 0, {}
+        # What was found on the way belongs to the report on the part before; the filter's own state does not.
+        state = self.state
+        if timeline is not None:
+            timeline |= {key: state["timeline"][key] for key in ("before", "last")}
+        self.state = {
+            **unused,
+            "rows": seam.row,
+            "stream": state["stream"],
+            "signals": [
+                {**fresh, **{key: judged[key] for key in ("good", "resetting")}}
+                for fresh, judged in zip(unused["signals"], state["signals"], strict=True)
+            ],
+        }
 
     @property
     def levels(self) -> Array:
@@ -87,8 +115,8 @@ class PartPipeline(Pipeline):
 
     @levels.setter
     def levels(self, levels: Array) -> None:
-        # A stored state is plain numbers, and in each channel the levels come first.
-        _, (order, dtype, time, kind, numbers) = self._stream.state.__reduce__()
+        # In each channel of a state the levels come first.
+        order, dtype, time, kind, numbers = self.state["stream"]
         changed = [[*new, *old[order:]] for new, old in zip(levels.T.tolist(), numbers, strict=True)]
         self._stream.state = compfilt.State(order, dtype, time, kind, changed)
 
@@ -96,7 +124,7 @@ class PartPipeline(Pipeline):
 class _StateOnly(PartPipeline):
     """A pipeline whose results are of no interest, so that the columns to carry along need not be read."""
 
-    def _collect(self, batch: pa.RecordBatch, _estimates: list[Any]) -> pa.RecordBatch:
+    def _collect(self, batch: pa.RecordBatch, _estimates: Any, _faults: Any) -> pa.RecordBatch:  # noqa: ANN401
         return batch
 
 
@@ -114,9 +142,9 @@ class _Probe(_StateOnly):
         self.guess = self.levels[:, 0]
         self.levels = np.column_stack([self.guess, np.eye(self._order)])
 
-    def _signals(self, batch: pa.RecordBatch, first_row: int) -> list[npt.NDArray[np.floating]]:
-        signals = super()._signals(batch, first_row)
-        return [np.column_stack([values, *[values * 0.0] * self._order]) for values in signals]
+    def _filter(self, judged: Any, seconds: Array | None, rows: int) -> list[Any]:  # noqa: ANN401 - see Pipeline
+        wide = [np.column_stack([values, *[values * 0.0] * self._order]) for values in judged.values]
+        return super()._filter(judged._replace(values=wide), seconds, rows)
 
 
 def _without_initial(recipe: Recipe) -> Recipe:
@@ -139,8 +167,8 @@ class PartitionedLog:
         A file whose rows can be reached in any order.
     schema
         Its columns, as far as the recipe needs them.
-    first_tick
-        The time of its first row, from which whole numbers count.
+    origin
+        The time of its first row, from which whole numbers count; ``None`` where the times are none.
 
     Examples
     --------
@@ -154,7 +182,7 @@ class PartitionedLog:
     recipe: Recipe
     path: Path
     schema: pa.Schema
-    first_tick: Any
+    origin: int | None
 
     def cut(self, rows: int) -> list[Part]:
         """Cut the log into parts of about so many rows, at seams near the beginnings of the pieces it is stored in.
@@ -233,11 +261,11 @@ def open_in_parts(recipe: Recipe, path: str | Path) -> PartitionedLog:
     """
     path = Path(path)
     with open_rows(path, columns_of(recipe)) as reader:
-        tick = None
-        if recipe.clock.column is not None:
-            first = next(reader.read(0, 1, 1)).column(recipe.clock.column)
-            tick = first.to_numpy(zero_copy_only=False)[0]
-        return PartitionedLog(recipe, path, reader.schema, tick)
+        # A pipeline that has seen one row knows.
+        pipeline = PartPipeline(PartitionedLog(recipe, path, reader.schema, None), Seam(0, None))
+        _exhaust(pipeline, reader.read(0, 1, 1))
+        timeline = pipeline.state["timeline"]
+        return PartitionedLog(recipe, path, reader.schema, timeline and timeline["origin"])
 
 
 def columns_of(recipe: Recipe, *, keep: bool = True) -> Columns:

@@ -1,22 +1,35 @@
 """A recipe bound to its filter's state: record batches in, record batches out."""
 
 import itertools
-from collections.abc import Sequence
-from typing import Any
+import operator
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
 import compfilt
-from compfilt.logs.clock import Timeline
+from compfilt.logs.clock import Timeline, Timing
 from compfilt.logs.errors import LogError, RecipeError
-from compfilt.logs.outputs import choose
+from compfilt.logs.faults import FAULTS, Faults
+from compfilt.logs.judge import Judge
+from compfilt.logs.outputs import Channel, choose
 from compfilt.logs.recipe import Recipe
 
 __all__ = ["Pipeline", "start_stream"]
 
 Values = npt.NDArray[np.floating]
+Times = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.bool_]
+Bits = npt.NDArray[np.uint8]
+
+
+class _Judged(NamedTuple):
+    """The signals of a batch as the filter takes them, what was wrong with them, and where it starts anew."""
+
+    values: list[Values]
+    faults: Bits
+    restarts: npt.NDArray[np.intp]
 
 
 class Pipeline:
@@ -37,10 +50,14 @@ class Pipeline:
     ----------
     rows : int
         How many rows went through.
-    gaps : int
-        How many gaps were found in time.
     counts : dict of str to int
         What happened to the samples, by the names that the filter gives it.
+    faults : dict of Faults to int
+        What was wrong with the rows.
+    timeline : Timeline or None
+        What the times of the log were like, where it has any.
+    judges : list of Judge
+        What the samples were like, for each of the filter's signals.
 
     Raises
     ------
@@ -57,19 +74,30 @@ class Pipeline:
     def __init__(self, recipe: Recipe, schema: pa.Schema | None = None) -> None:
         self.recipe = recipe
         self.rows = 0
-        self.gaps = 0
         self.counts: dict[str, int] = {}
+        self.faults = dict.fromkeys(Faults, 0)
         self._dtype = _dtype(recipe, schema)
         self._stream = start_stream(recipe, self._dtype)
-        self._timeline = None
+        self.timeline = None
         if recipe.clock.column is not None and recipe.clock.unit is not None:
-            self._timeline = Timeline(recipe.clock.column, recipe.clock.unit, recipe.policy.gap)
+            self.timeline = Timeline(recipe.clock.column, recipe.clock.unit, recipe.policy)
+        self.judges = [
+            Judge(signal, recipe.policy.of(signal.name), self._dtype) for signal in recipe.filter.signals
+        ]
         # A log without rows shows what the filter has, and leaves its state as it is.
         nothing = [signal.empty(self._dtype) for signal in recipe.filter.signals]
         blank = self._stream.estimate(
-            *recipe.filter.arguments(nothing), t=None if self._timeline is None else np.empty(0)
+            *recipe.filter.arguments(nothing), t=None if self.timeline is None else np.empty(0)
         )
-        self._channels = choose(recipe.output, recipe.filter.offer(blank, recipe.output), recipe.source)
+        offer = recipe.filter.offer(blank, recipe.output)
+        faults = Channel(FAULTS, FAULTS, slice(None), None)
+        offer = offer._replace(columns={**offer.columns, FAULTS: (faults,)})
+        self._channels = choose(recipe.output, offer, recipe.source)
+
+    @property
+    def gaps(self) -> int:
+        """How many gaps were found in time."""
+        return 0 if self.timeline is None else self.timeline.gaps
 
     def schema(self, log: pa.Schema) -> pa.Schema:
         """Return the columns of the result, given those of the log; the unit stands in each field's metadata."""
@@ -93,50 +121,57 @@ class Pipeline:
         Raises
         ------
         LogError
-            A sample is missing where the policy is to raise, time runs backwards, or there is a gap where the
-            policy is to fail. The message names the row, counted from 1. The pipeline is of no use afterwards.
+            There is a bad sample or an odd time, and the policy is to fail. The message names the first such row,
+            counted from 1. The pipeline is of no use afterwards.
         """
         first_row = self.rows + 1
-        signals = self._signals(batch, first_row)
-        seconds = None
-        gaps = np.empty(0, dtype=np.intp)
-        if self._timeline is not None:
-            ticks = batch.column(self._timeline.column).to_numpy(zero_copy_only=False)
-            seconds = self._timeline.seconds(ticks, first_row)
-            gaps = self._timeline.gaps(seconds, first_row)
-        self.gaps += gaps.size
-        estimates = self._filter(signals, seconds, gaps, batch.num_rows)
+        timing = None
+        if self.timeline is not None:
+            ticks = batch.column(self.timeline.column).to_numpy(zero_copy_only=False)
+            timing = self.timeline.judge(self.timeline.seconds(ticks), first_row)
+        judged = self._judge(batch, timing, first_row)
+        estimates = self._filter(judged, None if timing is None else timing.seconds, batch.num_rows)
         self.rows += batch.num_rows
-        return self._collect(batch, estimates)
+        return self._collect(batch, estimates, judged.faults)
 
-    def _signals(self, batch: pa.RecordBatch, first_row: int) -> list[Values]:
-        """Take every signal out of a batch, in SI."""
-        signals = self.recipe.filter.signals
-        values = [signal.take(batch, self._dtype) for signal in signals]
-        if self.recipe.policy.missing == "raise":
-            places = [
-                (signal.first_missing(array), signal.name)
-                for signal, array in zip(signals, values, strict=True)
-            ]
-            found = [(*place, name) for place, name in places if place is not None]
-            if found:
-                # The first row of all, so that the message does not depend on how the log is cut.
-                row, column, name = min(found, key=lambda place: place[0])
-                raise LogError(f'row {first_row + row} has no number in column "{column}" ({name})')
-        return values
+    def _judge(self, batch: pa.RecordBatch, timing: Timing | None, first_row: int) -> _Judged:
+        """Take every signal out of a batch, in SI, with what is bad about it dealt with."""
+        rows = batch.num_rows
+        seconds, coasting, holding = self._times(timing, rows)
+        faults = np.zeros(rows, np.uint8) if timing is None else timing.faults
+        restarts = np.zeros(rows, np.bool_) if timing is None else timing.restarts
+        failures = [] if timing is None or timing.failure is None else [timing.failure]
+        values = []
+        for signal, judge in zip(self.recipe.filter.signals, self.judges, strict=True):
+            verdict = judge.process(signal.take(batch, self._dtype), seconds, first_row, coasting, holding)
+            values.append(verdict.values)
+            if verdict.faults is not None:
+                faults |= verdict.faults
+            if verdict.restarts is not None:
+                restarts |= verdict.restarts
+            if verdict.failure is not None:
+                failures.append(verdict.failure)
+        if failures:
+            # The first row of all, so that the message does not depend on how the log is cut.
+            raise LogError(min(failures, key=operator.itemgetter(0))[1])
+        for fault in Faults:
+            self.faults[fault] += int(np.count_nonzero(faults & np.uint8(fault))) if faults.any() else 0
+        return _Judged(values, faults, np.flatnonzero(restarts))
 
-    def _filter(
-        self,
-        signals: Sequence[Values],
-        seconds: npt.NDArray[np.float64] | None,
-        gaps: npt.NDArray[np.intp],
-        rows: int,
-    ) -> list[Any]:
-        """Run the stream over one batch, starting anew at the gaps where the policy says so."""
-        gap = self.recipe.policy.gap
-        anew = set(gaps.tolist()) if gap is not None and gap.do == "reset" else set()
+    def _times(self, timing: Timing | None, rows: int) -> tuple[Times | None, Rows | None, Rows | None]:
+        """Return the time of the samples, if there is one, and where it takes the signals out of use."""
+        if timing is not None:
+            masks = (timing.coasting, timing.holding)
+            coasting, holding = (mask if mask.any() else None for mask in masks)
+            return timing.seconds, coasting, holding
+        rate = self.recipe.clock.rate
+        return None if rate is None else np.arange(self.rows, self.rows + rows) / rate, None, None
+
+    def _filter(self, judged: _Judged, seconds: Times | None, rows: int) -> list[Any]:
+        """Run the stream over one batch, starting anew where the policy says so."""
+        anew = set(judged.restarts.tolist())
         bounds = sorted({0, rows} | anew)
-        arguments = self.recipe.filter.arguments(signals)
+        arguments = self.recipe.filter.arguments(judged.values)
         estimates = []
         for start, end in itertools.pairwise(bounds):
             if start in anew:
@@ -152,15 +187,47 @@ class Pipeline:
             estimates.append(estimate)
         return estimates
 
-    def _collect(self, batch: pa.RecordBatch, estimates: list[Any]) -> pa.RecordBatch:
+    def _collect(self, batch: pa.RecordBatch, estimates: list[Any], faults: Bits) -> pa.RecordBatch:
         """Put the kept columns and the outputs side by side."""
         schema = self.schema(batch.schema)
         arrays = [batch.column(name) for name in self.recipe.output.keep]
         for channel in self._channels:
+            if channel.name == FAULTS:
+                arrays.append(pa.array(faults))
+                continue
             parts = [channel.take(estimate, self._dtype) for estimate in estimates]
             dtype = schema.field(channel.name).type
             arrays.append(pa.array(np.concatenate(parts) if parts else [], type=dtype))
         return pa.RecordBatch.from_arrays(arrays, schema=schema)
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """All that is carried from batch to batch, in plain numbers; set it to continue from there.
+
+        It is for a pipeline of the same recipe on a log with the same columns.
+        """
+        stream = getattr(self._stream, "state", None)
+        return {
+            "rows": self.rows,
+            "counts": self.counts,
+            "faults": [self.faults[fault] for fault in Faults],
+            "timeline": None if self.timeline is None else self.timeline.state,
+            "signals": [judge.state for judge in self.judges],
+            # A state is made of plain numbers, and this is how it pickles.
+            "stream": None if stream is None else list(stream.__reduce__()[1]),
+        }
+
+    @state.setter
+    def state(self, value: dict[str, Any]) -> None:
+        self.rows = value["rows"]
+        self.counts = dict(value["counts"])
+        self.faults = dict(zip(Faults, value["faults"], strict=True))
+        if self.timeline is not None:
+            self.timeline.state = value["timeline"]
+        for judge, state in zip(self.judges, value["signals"], strict=True):
+            judge.state = state
+        if value["stream"] is not None:
+            self._stream.state = compfilt.State(*value["stream"])
 
 
 def _dtype(recipe: Recipe, schema: pa.Schema | None) -> type[np.floating]:
@@ -173,7 +240,8 @@ def _dtype(recipe: Recipe, schema: pa.Schema | None) -> type[np.floating]:
 
 def start_stream(recipe: Recipe, dtype: type[np.floating], **options: Any) -> Any:  # noqa: ANN401 - any stream
     """Make the filter and a stream of it; what the core refuses is an error of the recipe."""
-    policy: dict[str, Any] = {"missing": recipe.policy.missing, **options}
+    # Missing samples have been judged before they come here.
+    policy: dict[str, Any] = {"missing": "coast", **options}
     if recipe.policy.hold is not None:
         policy["hold"] = recipe.policy.hold
     try:

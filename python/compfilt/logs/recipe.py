@@ -1,12 +1,16 @@
 """Recipes: what a log holds, which filter it goes through, and what comes out. TOML, checked to the last key."""
 
+import hashlib
+import json
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from compfilt.logs.errors import RecipeError
 from compfilt.logs.kinds import KINDS, Filter
 from compfilt.logs.outputs import Output
+from compfilt.logs.policy import Gap, Policy, parse_policy
 from compfilt.logs.table import Table
 from compfilt.logs.units import ACCELERATION, TIME, Unit, parse_unit
 
@@ -31,31 +35,25 @@ class Clock:
 
 
 @dataclass(frozen=True)
-class Gap:
-    """What to do when two samples lie further apart than `longer_than` seconds."""
-
-    longer_than: float
-    do: str
-
-
-@dataclass(frozen=True)
-class Policy:
-    """What to do with what is not there. `hold`: seconds for which the last derivative stands in for a missing one."""
-
-    missing: str
-    hold: float | None
-    gap: Gap | None
-
-
-@dataclass(frozen=True)
 class Recipe:
-    """A whole recipe."""
+    """A whole recipe.
+
+    Attributes
+    ----------
+    source
+        Its name, for messages.
+    clock, filter, policy, output
+        What it says.
+    digest
+        The SHA-256 of what it says: comments, order and spacing do not count.
+    """
 
     source: str
     clock: Clock
     filter: Filter
     policy: Policy
     output: Output
+    digest: str
 
     @property
     def signal_columns(self) -> tuple[str, ...]:
@@ -100,9 +98,10 @@ def parse_recipe(text: str, source: str = "recipe") -> Recipe:
         The text is not TOML, or holds a key that is unknown, missing or wrong.
     """
     try:
-        root = Table(source, "", tomllib.loads(text))
+        values = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise RecipeError(f"{source}: not TOML: {error}") from None
+    root = Table(source, "", values)
     version = root.get("version", root.as_integer)
     if version != VERSION:
         root.fail(f"is {version}, but this release reads version {VERSION}", "version")
@@ -117,12 +116,23 @@ def parse_recipe(text: str, source: str = "recipe") -> Recipe:
         source,
         clock,
         filter_,
-        _policy(policy_table, clock, holds=filter_.has_state),
+        parse_policy(
+            policy_table,
+            filter_.signals,
+            times=clock.column is not None,
+            rate=clock.rate is not None,
+            holds=filter_.has_state,
+        ),
         _output(output_table, filter_),
+        _digest(values),
     )
     for table in (log_table, filter_table, policy_table, output_table):
         table.close()
     return recipe
+
+
+def _digest(values: Mapping[str, object]) -> str:
+    return hashlib.sha256(json.dumps(values, sort_keys=True, default=str).encode()).hexdigest()
 
 
 def _clock(log: Table, *, needed: bool) -> Clock:
@@ -141,22 +151,6 @@ def _clock(log: Table, *, needed: bool) -> Clock:
     clock = Clock(time.text("column"), time.unit("unit", TIME), None)
     time.close()
     return clock
-
-
-def _policy(policy: Table, clock: Clock, *, holds: bool) -> Policy:
-    """Read what to do with missing samples and gaps."""
-    missing = policy.choice("missing", ("coast", "raise"), "coast")
-    hold = policy.quantity("hold", TIME) if holds and "hold" in policy else None
-    if "gap" not in policy:
-        return Policy(missing, hold, None)
-    if clock.column is None:
-        policy.fail("needs [log] time: a constant rate has no gaps", "gap")
-    table = policy.table("gap")
-    gap = Gap(table.quantity("longer_than", TIME), table.choice("do", ("reset", "coast", "fail")))
-    table.close()
-    if gap.longer_than <= 0.0:
-        table.fail("must be positive", "longer_than")
-    return Policy(missing, hold, gap)
 
 
 def _output(output: Table, filter_: Filter) -> Output:

@@ -189,10 +189,14 @@ def prepare(recipe: Recipe, jobs: Sequence[Job]) -> None:
     """
     Pipeline(recipe)  # what is wrong with the recipe is said once
     for folder in dict.fromkeys(job.out.parent for job in jobs):
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise UsageError(f"{folder}: the folder cannot be made: {error.strerror}") from None
+        _make(folder)
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(f"{folder}: the folder cannot be made: {error.strerror}") from None
 
 
 def _run_job(

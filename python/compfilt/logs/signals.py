@@ -49,13 +49,6 @@ class Signal:
             channels.append((values * (self.unit.factor * scale)).astype(dtype, copy=False))
         return channels[0] if len(channels) == 1 else np.column_stack(channels)
 
-    def first_missing(self, values: npt.NDArray[np.floating]) -> tuple[int, str] | None:
-        """Find the first row without a number in a column that is used, and that column."""
-        table = values.reshape(len(values), len(self.columns))
-        used = [column is not None for column in self.columns]
-        rows, places = np.nonzero(~np.isfinite(table[:, used]))
-        return (int(rows[0]), self.used[places[0]]) if rows.size else None
-
 
 def parse_signal(
     parent: Table,

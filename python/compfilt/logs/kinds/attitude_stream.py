@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from compfilt import AttitudeEstimate, AttitudeStream
+from compfilt import AttitudeEstimate, AttitudeStream, State
 from compfilt.angles import quaternion_to_angles
 
 __all__ = ["LogAttitude", "LogAttitudeStream", "turned"]
@@ -94,3 +94,12 @@ class LogAttitudeStream:
     def reset(self) -> None:
         """Forget the state: wait for the first measurement."""
         self.stream.reset()
+
+    @property
+    def state(self) -> State:
+        """The state between two samples, in the axes of the filter; set it to continue from there."""
+        return self.stream.state
+
+    @state.setter
+    def state(self, value: State) -> None:
+        self.stream.state = value
