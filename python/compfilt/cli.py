@@ -3,7 +3,8 @@
 import contextlib
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Annotated, NoReturn
 
@@ -52,16 +53,31 @@ def run(
     ],
     *,
     force: Force = False,
+    scheduler: Annotated[
+        str,
+        typer.Option(
+            metavar="ADDRESS",
+            help='A Dask scheduler, such as tcp://10.0.0.1:8786; or "local": processes here.',
+        ),
+    ] = "",
 ) -> None:
     """Filter logs with a recipe.
 
     With several logs OUT is a folder, and each result has the name of its log. A result appears under its name only
     when it is complete. A log that fails does not stop the others.
 
+    With a scheduler its workers filter the logs, one each; a single long log goes to all of them in parts.
+
     Exit status: 0, 1 if a log failed, 2 if nothing was done.
     """
     from compfilt.logs.recipe import load_recipe  # noqa: PLC0415 - help and usage errors do not wait for Arrow
     from compfilt.logs.run import plan, run_logs  # noqa: PLC0415
+
+    run_all: Callable[..., int] = run_logs
+    if scheduler:
+        from compfilt.logs.cluster import run_scheduled  # noqa: PLC0415 - an extra of its own
+
+        run_all = partial(run_scheduled, scheduler)
 
     with _one_line():
         loaded = load_recipe(recipe)
@@ -69,7 +85,7 @@ def run(
         size = sum(log.stat().st_size for log in logs if log.is_file())
         shown = sys.stderr.isatty()
         with tqdm(total=size, unit="B", unit_scale=True, disable=not shown, leave=False) as bar:
-            failed = run_logs(loaded, jobs, advance=bar.update, report=_say)
+            failed = run_all(loaded, jobs, advance=bar.update, report=_say)
     if failed:
         raise typer.Exit(1)
 

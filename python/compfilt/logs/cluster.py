@@ -9,12 +9,13 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
+from urllib.parse import urlsplit
 
 from distributed import Client, KilledWorker, LocalCluster, as_completed
 
 import compfilt
 from compfilt.logs.errors import LogError, UsageError
-from compfilt.logs.parts import PART_ROWS, run_in_parts
+from compfilt.logs.parts import PART_ROWS, run_in_parts, why_in_order
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.run import Job, Summary, prepare, run_log
 
@@ -60,8 +61,10 @@ def connect(scheduler: str, *, workers: int | None = None) -> Iterator[Client]:
     ...     failed = run_logs_on(client, recipe, jobs)
     """
     with contextlib.ExitStack() as stack:
-        address: Any = scheduler
-        if scheduler == LOCAL:
+        if scheduler != LOCAL:
+            _check_address(scheduler)
+            address: Any = scheduler
+        else:
             address = stack.enter_context(
                 LocalCluster(  # type: ignore[no-untyped-call]
                     n_workers=workers or os.cpu_count() or 1,
@@ -74,7 +77,7 @@ def connect(scheduler: str, *, workers: int | None = None) -> Iterator[Client]:
             client = stack.enter_context(
                 Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)  # type: ignore[no-untyped-call]
             )
-        except (OSError, ValueError) as error:
+        except OSError as error:
             # The first line says what, the others where it was tried.
             reason = str(error).partition("\n")[0]
             raise UsageError(f"--scheduler {scheduler}: cannot be reached: {reason}") from None
@@ -138,6 +141,36 @@ def run_logs_on(
     return failed
 
 
+def run_scheduled(
+    scheduler: str,
+    recipe: Recipe,
+    jobs: Sequence[Job],
+    *,
+    workers: int | None = None,
+    advance: Callable[[int], object] | None = None,
+    report: Callable[[str], object] = print,
+) -> int:
+    """Filter logs on the cluster of a scheduler: several by :func:`run_logs_on`, a single one in parts if that can be.
+
+    The parameters, the result and the errors are those of :func:`connect` and :func:`run_logs_on`.
+    """
+    prepare(recipe, jobs)
+    with connect(scheduler, workers=workers) as client:
+        if len(jobs) == 1:
+            ((log, out),) = jobs
+            why = why_in_order(recipe, log)
+            if why is None:
+                try:
+                    summary = run_long_log_on(client, recipe, log, out, advance=advance)
+                except (LogError, UsageError) as error:
+                    report(f"{log}: {error}")
+                    return 1
+                report(f"{log}: {summary} -> {out}")
+                return 0
+            report(f"{log}: goes to one worker: {why}")
+        return run_logs_on(client, recipe, jobs, advance=advance, report=report)
+
+
 def run_long_log_on(
     client: Client,
     recipe: Recipe,
@@ -165,7 +198,7 @@ def _done(client: Client, recipe: Recipe, jobs: Sequence[Job]) -> Iterator[tuple
         return future
 
     first = [start(job) for job in itertools.islice(waiting, IN_FLIGHT)]
-    completed: Any = as_completed(first)  # type: ignore[no-untyped-call]
+    completed: Any = as_completed(first, loop=client.loop)  # type: ignore[no-untyped-call]
     for future in completed:
         yield running.pop(future.key), _outcome(future)
         completed.update([start(job) for job in itertools.islice(waiting, 1)])
@@ -190,6 +223,19 @@ def _outcome(future: Any) -> _Outcome:  # noqa: ANN401
         return _Outcome(None, f"unexpected {type(error).__name__} on a worker: {error}".replace("\n", " "))
     outcome: _Outcome = future.result()
     return outcome
+
+
+def _check_address(scheduler: str) -> None:
+    """Raise UsageError unless this is an address; a client that cannot be made leaves a traceback behind."""
+    try:
+        parts = urlsplit(scheduler if "://" in scheduler else f"tcp://{scheduler}")
+        complete = parts.hostname and parts.port
+    except ValueError:
+        complete = None
+    if not complete:
+        raise UsageError(
+            f'--scheduler {scheduler}: is neither "{LOCAL}" nor an address such as tcp://10.0.0.1:8786'
+        )
 
 
 def _version() -> str:
