@@ -118,7 +118,7 @@ def test_a_log_is_filtered(folder):
     assert out.column_names == ["t", "true_roll", "roll", "pitch", "flags"]
     error = out.column("roll").to_numpy() - out.column("true_roll").to_numpy()
     assert abs(error[320:350]).max() < 2.0  # held at one side
-    assert names(folder) == ["out.parquet", "seat.csv", "seat.toml"]
+    assert names(folder) == ["out.parquet", "out.parquet.quality.json", "seat.csv", "seat.toml"]
 
 
 def test_several_logs_go_into_a_folder_and_one_fails(folder):
@@ -129,7 +129,7 @@ def test_several_logs_go_into_a_folder_and_one_fails(folder):
     assert len(lines) == 2
     assert lines[0].startswith('compfilt: bad.csv: there is no column "a')
     assert lines[1].startswith("compfilt: seat.csv: 2000 samples")
-    assert names(folder / "results") == ["seat.csv"]
+    assert names(folder / "results") == ["seat.csv", "seat.csv.quality.json"]
 
 
 def test_force(folder):
@@ -195,9 +195,9 @@ def test_help_names_the_commands(inside):
 # Sends the process a signal in the middle of a log, after which it must not leave anything behind.
 STOPPED = """
 import os, signal, sys
-from compfilt.logs import pipeline, readers, run
+from compfilt.logs import job, pipeline, readers
 opened = readers.open_log
-run.open_log = lambda *a, **k: opened(*a, **{**k, "batch_bytes": 2000})
+job.open_log = lambda *a, **k: opened(*a, **{**k, "batch_bytes": 2000})
 process, seen = pipeline.Pipeline.process, []
 def stop(self, batch):
     seen.append(1)

@@ -52,6 +52,9 @@ def run(
         typer.Option("-o", "--out", metavar="OUT", help='A file; or a folder, or anything that ends in "/".'),
     ],
     *,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on after a run that was stopped; what it completed stays.")
+    ] = False,
     force: Force = False,
     scheduler: Annotated[
         str,
@@ -64,7 +67,8 @@ def run(
     """Filter logs with a recipe.
 
     With several logs OUT is a folder, and each result has the name of its log. A result appears under its name only
-    when it is complete. A log that fails does not stop the others.
+    when it is complete; beside it, with ".quality.json" behind its name, a report on the log. A log that fails does not
+    stop the others. One that is damaged from some row on fails too, but its result has what could be read.
 
     With a scheduler its workers filter the logs, one each; a single long log goes to all of them in parts.
 
@@ -81,11 +85,18 @@ def run(
 
     with _one_line():
         loaded = load_recipe(recipe)
-        jobs = plan(logs, out, force=force)
+        jobs = plan(logs, out, force=force, resume=resume)
         size = sum(log.stat().st_size for log in logs if log.is_file())
         shown = sys.stderr.isatty()
         with tqdm(total=size, unit="B", unit_scale=True, disable=not shown, leave=False) as bar:
-            failed = run_all(loaded, jobs, advance=bar.update, report=_say)
+            failed = run_all(
+                loaded,
+                jobs,
+                force=force,
+                resume=resume,
+                advance=lambda size, _rows: bar.update(size),
+                report=lambda outcome: _say(f"{outcome.job.log}: {outcome.message}"),
+            )
     if failed:
         raise typer.Exit(1)
 

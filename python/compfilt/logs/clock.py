@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from compfilt.logs.errors import LogError
 from compfilt.logs.faults import Faults
 from compfilt.logs.policy import Gap, Policy
 from compfilt.logs.steps import Steps
@@ -137,9 +136,7 @@ class Timeline:
             The number of the batch's first row in the log, counted from 1, for messages.
         """
         rows = seconds.size
-        timing = Timing(
-            seconds, np.zeros(rows, np.uint8), *(np.zeros(rows, np.bool_) for _ in range(3))
-        )
+        timing = Timing(seconds, np.zeros(rows, np.uint8), *(np.zeros(rows, np.bool_) for _ in range(3)))
         if not rows:
             return timing
         untimed = ~np.isfinite(seconds)

@@ -4,22 +4,22 @@ import contextlib
 import itertools
 import logging
 import os
-import re
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 from urllib.parse import urlsplit
 
 from distributed import Client, KilledWorker, LocalCluster, as_completed
 
 import compfilt
 from compfilt.logs.errors import LogError, UsageError
+from compfilt.logs.job import Advance, Job, Outcome, run_job
 from compfilt.logs.parts import PART_ROWS, run_in_parts, why_in_order
 from compfilt.logs.recipe import Recipe
-from compfilt.logs.run import Job, Summary, prepare, run_log
+from compfilt.logs.run import prepare
 
-__all__ = ["LOCAL", "connect", "run_logs_on", "run_long_log_on"]
+__all__ = ["LOCAL", "connect", "run_logs_on", "run_long_log_on", "run_scheduled"]
 
 LOCAL = "local"
 """The scheduler's address that stands for worker processes on this machine."""
@@ -31,11 +31,29 @@ CONNECT_TIMEOUT = 10.0
 """Seconds to wait for a scheduler."""
 
 
-class _Outcome(NamedTuple):
-    """What became of a log: a summary, or why it failed."""
+def run_scheduled(
+    scheduler: str,
+    recipe: Recipe,
+    jobs: Sequence[Job],
+    *,
+    force: bool = True,
+    resume: bool = False,
+    workers: int | None = None,
+    advance: Advance | None = None,
+    report: Callable[[Outcome], object] = print,
+) -> int:
+    """Filter logs on the cluster of a scheduler: several by :func:`run_logs_on`, a single one in parts if that can be.
 
-    summary: Summary | None
-    failure: str = ""
+    Parameters, result and errors are those of :func:`connect` and :func:`run_logs_on`.
+    """
+    prepare(recipe, jobs)
+    options: dict[str, Any] = {"force": force, "resume": resume, "advance": advance}
+    with connect(scheduler, workers=workers) as client:
+        if len(jobs) == 1 and why_in_order(recipe, jobs[0].log) is None:
+            outcome = run_long_log_on(client, recipe, jobs[0], **options)
+            report(outcome)
+            return int(outcome.failed)
+        return run_logs_on(client, recipe, jobs, **options, report=report)
 
 
 @contextlib.contextmanager
@@ -61,10 +79,8 @@ def connect(scheduler: str, *, workers: int | None = None) -> Iterator[Client]:
     ...     failed = run_logs_on(client, recipe, jobs)
     """
     with contextlib.ExitStack() as stack:
-        if scheduler != LOCAL:
-            _check_address(scheduler)
-            address: Any = scheduler
-        else:
+        address: Any = scheduler
+        if scheduler == LOCAL:
             address = stack.enter_context(
                 LocalCluster(  # type: ignore[no-untyped-call]
                     n_workers=workers or os.cpu_count() or 1,
@@ -73,6 +89,8 @@ def connect(scheduler: str, *, workers: int | None = None) -> Iterator[Client]:
                     silence_logs=logging.CRITICAL,
                 )
             )
+        else:
+            _check_address(scheduler)
         try:
             client = stack.enter_context(
                 Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)  # type: ignore[no-untyped-call]
@@ -90,14 +108,15 @@ def run_logs_on(
     recipe: Recipe,
     jobs: Sequence[Job],
     *,
-    advance: Callable[[int], object] | None = None,
-    report: Callable[[str], object] = print,
+    force: bool = True,
+    resume: bool = False,
+    advance: Advance | None = None,
+    report: Callable[[Outcome], object] = print,
 ) -> int:
     """Filter logs, each by one worker; one that fails does not stop the others.
 
-    The results are those of :func:`compfilt.logs.run_logs`, byte for byte. If a worker dies, its logs are filtered by
-    others; a result appears only when it is complete, and is not read before. Logs and results must have the same
-    absolute paths for all workers.
+    The results are those of :func:`compfilt.logs.run_logs`, byte for byte. If a worker dies, others filter the logs that it
+    had. Logs and results must have the same absolute paths for all workers.
 
     Parameters
     ----------
@@ -106,11 +125,16 @@ def run_logs_on(
     recipe
         What to read, filter and write.
     jobs
-        The logs and where their results go.
+        The logs and where their results go, in folders that are there.
+    force
+        Replace results that are there.
+    resume
+        Leave results that an earlier run completed. What it left undone is taken up in any case, as is what was left by a
+        worker that died.
     advance
-        Called after each log with its size in bytes.
+        Called after each log with its size in bytes and its rows.
     report
-        Takes one line for each log, in the order in which they are done.
+        Takes how each log ended, in the order in which they are done.
 
     Returns
     -------
@@ -119,110 +143,79 @@ def run_logs_on(
 
     Raises
     ------
-    UsageError
-        The filter cannot be built or does not have an output that the recipe asks for, or a folder cannot be made.
     LogError
         The scheduler was lost.
     """
-    prepare(recipe, jobs)
     failed = 0
-    try:
-        for job, outcome in _done(client, recipe, jobs):
-            failed += outcome.summary is None
-            report(
-                f"{job.log}: {outcome.failure}"
-                if outcome.summary is None
-                else f"{job.log}: {outcome.summary} -> {job.out}"
-            )
-            if advance is not None:
-                advance(job.log.stat().st_size if job.log.is_file() else 0)
-    finally:
-        _clean(jobs)
+    # Without a word on them, results that are there are refused here; on a worker they are this run's own.
+    fresh, there = jobs, list[Job]()
+    if not force and not resume:
+        fresh = [job for job in jobs if not job.out.exists()]
+        there = [job for job in jobs if job.out.exists()]
+    for job, outcome in itertools.chain(
+        ((job, run_job(recipe, job)) for job in there), _done(client, recipe, fresh, force=force)
+    ):
+        report(outcome)
+        failed += outcome.failed
+        if advance is not None:
+            advance(job.log.stat().st_size if job.log.is_file() else 0, outcome.rows)
     return failed
-
-
-def run_scheduled(
-    scheduler: str,
-    recipe: Recipe,
-    jobs: Sequence[Job],
-    *,
-    workers: int | None = None,
-    advance: Callable[[int], object] | None = None,
-    report: Callable[[str], object] = print,
-) -> int:
-    """Filter logs on the cluster of a scheduler: several by :func:`run_logs_on`, a single one in parts if that can be.
-
-    The parameters, the result and the errors are those of :func:`connect` and :func:`run_logs_on`.
-    """
-    prepare(recipe, jobs)
-    with connect(scheduler, workers=workers) as client:
-        if len(jobs) == 1:
-            ((log, out),) = jobs
-            why = why_in_order(recipe, log)
-            if why is None:
-                try:
-                    summary = run_long_log_on(client, recipe, log, out, advance=advance)
-                except (LogError, UsageError) as error:
-                    report(f"{log}: {error}")
-                    return 1
-                report(f"{log}: {summary} -> {out}")
-                return 0
-            report(f"{log}: goes to one worker: {why}")
-        return run_logs_on(client, recipe, jobs, advance=advance, report=report)
 
 
 def run_long_log_on(
     client: Client,
     recipe: Recipe,
-    log: str | Path,
-    out: str | Path,
+    job: Job,
     *,
+    force: bool = True,
+    resume: bool = False,
+    advance: Advance | None = None,
     part_rows: int = PART_ROWS,
-    advance: Callable[[int], object] | None = None,
-) -> Summary:
+) -> Outcome:
     """Filter one long log in parts on a cluster: :func:`compfilt.logs.parts.run_in_parts` with its workers."""
     submit = partial(client.submit, pure=False)
-    return run_in_parts(
-        recipe, Path(log).resolve(), Path(out).resolve(), submit=submit, part_rows=part_rows, advance=advance
-    )
+    run = partial(run_in_parts, submit=submit, part_rows=part_rows)
+    return run_job(recipe, _absolute(job), force=force, resume=resume, advance=advance, run=run)
 
 
-def _done(client: Client, recipe: Recipe, jobs: Sequence[Job]) -> Iterator[tuple[Job, _Outcome]]:
+def _absolute(job: Job) -> Job:
+    """Name the files so that a worker finds them, wherever it runs."""
+    return Job(job.log.resolve(), job.out.resolve())
+
+
+def _done(
+    client: Client, recipe: Recipe, jobs: Sequence[Job], *, force: bool
+) -> Iterator[tuple[Job, Outcome]]:
     """Yield every job when it is done; the scheduler never has more than some of them at once."""
     waiting = iter(jobs)
     running: dict[Any, Job] = {}
 
     def start(job: Job) -> Any:  # noqa: ANN401 - a future
-        future = client.submit(_filter_log, recipe, Job(job.log.resolve(), job.out.resolve()), pure=False)
+        # Dask repeats a task whose worker died, also one that was done; then the result is there, or its beginning.
+        future = client.submit(run_job, recipe, _absolute(job), force=force, resume=True, pure=False)
         running[future.key] = job
         return future
 
     first = [start(job) for job in itertools.islice(waiting, IN_FLIGHT)]
     completed: Any = as_completed(first, loop=client.loop)  # type: ignore[no-untyped-call]
     for future in completed:
-        yield running.pop(future.key), _outcome(future)
+        job = running.pop(future.key)
+        yield job, _outcome(job, future)
         completed.update([start(job) for job in itertools.islice(waiting, 1)])
 
 
-def _filter_log(recipe: Recipe, job: Job) -> _Outcome:
-    """Filter one log, on a worker."""
-    try:
-        return _Outcome(run_log(recipe, job.log, job.out))
-    except (LogError, UsageError) as error:
-        return _Outcome(None, str(error))
-
-
-def _outcome(future: Any) -> _Outcome:  # noqa: ANN401
+def _outcome(job: Job, future: Any) -> Outcome:  # noqa: ANN401
     """Take what a worker says, or say what became of the workers."""
     if future.cancelled():
         raise LogError("the scheduler was lost; what is not reported may not be done")
     error = future.exception()
     if isinstance(error, KilledWorker):
-        return _Outcome(None, f"every worker that filtered it died, {error.allowed_failures + 1} of them")
+        return Outcome(job, "failed", f"the worker that filtered it died, {error.allowed_failures + 1} times")
     if error is not None:
-        return _Outcome(None, f"unexpected {type(error).__name__} on a worker: {error}".replace("\n", " "))
-    outcome: _Outcome = future.result()
-    return outcome
+        why = f"unexpected {type(error).__name__} on a worker: {error}"
+        return Outcome(job, "failed", why.replace("\n", " "))
+    outcome: Outcome = future.result()
+    return replace(outcome, job=job)
 
 
 def _check_address(scheduler: str) -> None:
@@ -238,10 +231,6 @@ def _check_address(scheduler: str) -> None:
         )
 
 
-def _version() -> str:
-    return compfilt.__version__
-
-
 def _check_workers(client: Client, scheduler: str) -> None:
     """Raise UsageError unless there are workers, and all have this version."""
     try:
@@ -255,17 +244,5 @@ def _check_workers(client: Client, scheduler: str) -> None:
         raise UsageError(f"--scheduler {scheduler}: its workers have compfilt {found}, not {_version()}")
 
 
-_TEMPORARY = re.compile(r"\.(.+)\.[0-9a-f]{8}\.part")
-"""The name under which a result grows: a worker that is killed leaves it behind."""
-
-
-def _clean(jobs: Sequence[Job]) -> None:
-    """Remove what workers that were killed have left behind."""
-    names: dict[Path, set[str]] = {}
-    for job in jobs:
-        names.setdefault(job.out.parent, set()).add(job.out.name)
-    for folder, wanted in names.items():
-        for path in folder.iterdir():
-            match = _TEMPORARY.fullmatch(path.name)
-            if match and match[1] in wanted:
-                path.unlink(missing_ok=True)
+def _version() -> str:
+    return compfilt.__version__

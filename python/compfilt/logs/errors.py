@@ -15,7 +15,7 @@ class LogError(Exception):
     """One log cannot be filtered; the message names the row or the column, not the file."""
 
 
-class TruncatedLog(LogError):
+class TruncatedLog(LogError):  # noqa: N818 - what the log is, not what went wrong in the program
     """A log can be read up to some row only; what comes before that row was read.
 
     Attributes

@@ -7,19 +7,23 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import reduce
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
+from compfilt.logs.draft import open_draft
 from compfilt.logs.errors import LogError, UsageError
+from compfilt.logs.identity import describe
+from compfilt.logs.job import Advance, Summary, run_log
+from compfilt.logs.merge import merge_states
 from compfilt.logs.partition import Part, PartitionedLog, open_in_parts, why_not_in_parts
 from compfilt.logs.pipeline import Pipeline
+from compfilt.logs.quality import make_report, write_report
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.rows import can_read_rows
-from compfilt.logs.run import Summary, run_log
-from compfilt.logs.writers import LogWriter, check_ending, create_log
+from compfilt.logs.writers import LogWriter, check_ending
 
 __all__ = ["PART_ROWS", "Future", "Submit", "run_in_parts", "why_in_order"]
 
@@ -47,13 +51,6 @@ class _NotAffineError(Exception):
     """A part did not end where its map said: the filter started anew, after an overflow."""
 
 
-class _Filtered(NamedTuple):
-    """What became of a part: its rows are in a file, and the filter stands at `levels`."""
-
-    summary: Summary
-    levels: Levels
-
-
 def why_in_order(recipe: Recipe, log: str | Path) -> str | None:
     """Say why a log cannot be filtered in parts; ``None`` if it can."""
     if not can_read_rows(log):
@@ -66,16 +63,17 @@ def run_in_parts(
     log: str | Path,
     out: str | Path,
     *,
+    resume: bool = False,
+    advance: Advance | None = None,
     workers: int = 2,
     submit: Submit | None = None,
     part_rows: int = PART_ROWS,
-    advance: Callable[[int], object] | None = None,
 ) -> Summary:
     """Filter one long log into one file, several parts of it at once.
 
     The result is that of :func:`run_log` to rounding: every sample goes through the same steps, and only the levels from
     which a part starts are rounded otherwise. It depends on `part_rows`, and not on who filters the parts. A log that is
-    shorter than one and a half parts goes the ordinary way, and so does one that fails.
+    shorter than one and a half parts goes the ordinary way, in order, and so does one that fails.
 
     Parameters
     ----------
@@ -86,6 +84,10 @@ def run_in_parts(
     out
         The result. It is replaced if it is there, and only once it is complete. While the parts are filtered they lie in a
         hidden folder beside it, as large as the uncompressed result.
+    resume
+        Go on with what a run that was stopped has left, in order.
+    advance
+        Called now and then with the number of bytes, and of rows, done since the last call.
     workers
         How many threads do the work.
     submit
@@ -93,8 +95,6 @@ def run_in_parts(
         future. Whoever does it must see the same files under the same names.
     part_rows
         About how many rows a part has.
-    advance
-        Called now and then with the number of bytes done since the last call.
 
     Raises
     ------
@@ -113,7 +113,7 @@ def run_in_parts(
     if why := why_in_order(recipe, log):
         raise UsageError(f"{log}: cannot be filtered in parts: {why}")
     whole = open_in_parts(recipe, log)
-    parts = whole.cut(part_rows)
+    parts = [] if resume else whole.cut(part_rows)
     if len(parts) > 1:
         with contextlib.ExitStack() as stack:
             if submit is None:
@@ -121,40 +121,45 @@ def run_in_parts(
             try:
                 return _run(whole, parts, out, submit, advance)
             except (LogError, _NotAffineError):
-                # In order it is found which row is the first to fail; nothing is assumed about the filter there.
+                # In order it is found which row is the first to fail, and nothing is assumed about the filter.
                 pass
-    return run_log(recipe, log, out, advance=advance)
+    return run_log(recipe, log, out, resume=resume, advance=advance)
 
 
 def _run(
-    whole: PartitionedLog,
-    parts: Sequence[Part],
-    out: Path,
-    submit: Submit,
-    advance: Callable[[int], object] | None,
+    whole: PartitionedLog, parts: Sequence[Part], out: Path, submit: Submit, advance: Advance | None
 ) -> Summary:
     """Find the levels before every part, then filter all parts, and put the results together as they come."""
-    size, rows = whole.path.stat().st_size, parts[-1].stop
-    schema = Pipeline(whole.recipe, whole.schema).schema(whole.schema)
-    with _all(submit, [(PartitionedLog.summarise, whole, part) for part in parts[:-1]]) as maps:
-        starts: list[Levels | None] = [None]
-        for future in maps:
-            # The first part's map is constant.
-            affine = future.result()
-            starts.append(affine(affine.about if starts[-1] is None else starts[-1]))
-    with _folder_beside(out) as folder:
+    starts = _starts(whole, parts, submit)
+    pipeline = Pipeline(whole.recipe, whole.schema)
+    identity = describe(whole.recipe, whole.path)
+    size = whole.path.stat().st_size
+    states = []
+    with open_draft(out, identity, resume=False) as draft, _folder_beside(out) as folder:
         files = [folder / f"{number}.arrow" for number in range(len(parts))]
         work = [(_filter, whole, *job) for job in zip(parts, starts, files, strict=True)]
-        with _all(submit, work) as futures, create_log(out, schema) as writer:
-            summaries = []
-            for future, part, file, expected in zip(futures, parts, files, [*starts[1:], None], strict=True):
-                done: _Filtered = future.result()
-                _check(done.levels, expected, whole)
-                summaries.append(done.summary)
+        with _all(submit, work) as futures, draft.writer(pipeline.schema(whole.schema)) as writer:
+            for future, part, file, end in zip(futures, parts, files, [*starts[1:], None], strict=True):
+                states.append(future.result())
+                _check(states[-1], end)
                 _append(writer, file)
                 if advance is not None:
-                    advance(size * part.stop // rows - size * part.seam.row // rows)
-    return reduce(_together, summaries)
+                    first, last = (size * row // parts[-1].stop for row in (part.seam.row, part.stop))
+                    advance(last - first, part.stop - part.seam.row)
+        pipeline.state = reduce(merge_states, states)
+        report = make_report(whole.path, out, identity, pipeline)
+        write_report(report, out)
+    return Summary(pipeline.rows, pipeline.gaps, pipeline.counts, report["faults"], report=report)
+
+
+def _starts(whole: PartitionedLog, parts: Sequence[Part], submit: Submit) -> list[Levels | None]:
+    """Find the levels before every part; ``None`` at the log's beginning."""
+    with _all(submit, [(PartitionedLog.summarise, whole, part) for part in parts[:-1]]) as maps:
+        # The first part begins where the log does: its map is constant.
+        starts: list[Levels | None] = [maps[0].result().end]
+        for future in maps[1:]:
+            starts.append(future.result()(starts[-1]))
+        return [None, *starts]
 
 
 @contextlib.contextmanager
@@ -183,8 +188,8 @@ def _folder_beside(out: Path) -> Iterator[Path]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def _filter(whole: PartitionedLog, part: Part, start: Levels | None, file: Path) -> _Filtered:
-    """Filter a part into a file. If it is done twice, each time a complete file appears."""
+def _filter(whole: PartitionedLog, part: Part, start: Levels | None, file: Path) -> dict[str, Any]:
+    """Filter a part into a file, and return the pipeline's state. If it is done twice, a complete file appears each time."""
     pipeline = whole.pipeline(part, start)
     temporary = file.with_name(f"{file.name}.{secrets.token_hex(4)}")
     try:
@@ -194,17 +199,17 @@ def _filter(whole: PartitionedLog, part: Part, start: Levels | None, file: Path)
         temporary.replace(file)
     except OSError as error:
         raise LogError(f"{temporary} cannot be written: {error.strerror or error}") from None
-    rows = part.stop - part.seam.row
-    return _Filtered(Summary(rows, pipeline.gaps, pipeline.counts), pipeline.levels[:, 0])
+    return pipeline.state
 
 
-def _check(levels: Levels, expected: Levels | None, whole: PartitionedLog) -> None:
+def _check(state: dict[str, Any], expected: Levels | None) -> None:
     """Raise _NotAffineError unless a part has ended where the next one has started, but for rounding."""
-    single = all(whole.schema.field(name).type == pa.float32() for name in whole.recipe.signal_columns)
-    tolerance = np.sqrt(np.finfo(np.float32 if single else np.float64).eps)
-    if expected is not None and not np.allclose(
-        levels, expected, rtol=tolerance, atol=tolerance * np.abs(expected).max()
-    ):
+    if expected is None:
+        return
+    order, dtype, _, _, numbers = state["stream"]
+    tolerance = np.sqrt(np.finfo(dtype).eps)
+    atol = tolerance * np.abs(expected).max()
+    if not np.allclose(numbers[0][:order], expected, rtol=tolerance, atol=atol):
         raise _NotAffineError
 
 
@@ -216,9 +221,3 @@ def _append(writer: LogWriter, file: Path) -> None:
     # Where a mapped file cannot be removed it goes with its folder.
     with contextlib.suppress(OSError):
         file.unlink()
-
-
-def _together(first: Summary, second: Summary) -> Summary:
-    """Add what happened to two parts."""
-    counts = {name: first.counts.get(name, 0) + count for name, count in second.counts.items()}
-    return Summary(first.rows + second.rows, first.gaps + second.gaps, first.counts | counts)

@@ -209,7 +209,7 @@ class Pipeline:
         stream = getattr(self._stream, "state", None)
         return {
             "rows": self.rows,
-            "counts": self.counts,
+            "counts": dict(self.counts),
             "faults": [self.faults[fault] for fault in Faults],
             "timeline": None if self.timeline is None else self.timeline.state,
             "signals": [judge.state for judge in self.judges],

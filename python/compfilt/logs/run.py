@@ -1,111 +1,19 @@
-"""Logs through a recipe: what is read, where the result goes, and what is said when something fails."""
+"""Logs through a recipe: where the results go, and one log after the other or several at a time."""
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
-from compfilt.logs.errors import LogError, UsageError
+from compfilt.logs.errors import UsageError
+from compfilt.logs.job import Advance, Job, Outcome, Summary, run_job, run_log
 from compfilt.logs.pipeline import Pipeline
-from compfilt.logs.readers import Columns, open_log
 from compfilt.logs.recipe import Recipe
-from compfilt.logs.writers import check_ending, check_target, create_log
+from compfilt.logs.writers import check_ending, check_target
 
-__all__ = ["Job", "Summary", "plan", "prepare", "run_log", "run_logs"]
-
-
-class Job(NamedTuple):
-    """One log and where its result goes."""
-
-    log: Path
-    out: Path
+__all__ = ["Job", "Outcome", "Summary", "plan", "prepare", "run_job", "run_log", "run_logs"]
 
 
-@dataclass(frozen=True)
-class Summary:
-    """What happened to one log.
-
-    Attributes
-    ----------
-    rows
-        How many samples there were.
-    gaps
-        How many gaps there were in time.
-    counts
-        How many samples each of the filter's flags was set on.
-
-    Examples
-    --------
-    >>> str(Summary(1000, 1, {"missing": 3, "held": 0}))
-    '1000 samples, 1 gap, 3 missing'
-    """
-
-    rows: int
-    gaps: int
-    counts: dict[str, int]
-
-    def __str__(self) -> str:
-        parts = [f"{self.rows} samples"]
-        if self.gaps:
-            parts.append(f"{self.gaps} gap{'s' if self.gaps > 1 else ''}")
-        parts += [f"{count} {name.replace('_', ' ')}" for name, count in self.counts.items() if count]
-        return ", ".join(parts)
-
-
-def run_log(
-    recipe: Recipe,
-    log: str | Path,
-    out: str | Path,
-    *,
-    advance: Callable[[int], object] | None = None,
-    batch_bytes: int = 1 << 20,
-    batch_rows: int = 1 << 16,
-) -> Summary:
-    """Filter one log into one file, in bounded memory.
-
-    Parameters
-    ----------
-    recipe
-        What to read, filter and write.
-    log
-        A CSV or Parquet file.
-    out
-        The result, CSV or Parquet by its ending. It is replaced if it is there, and only once it is complete.
-    advance
-        Called now and then with the number of bytes read since the last call.
-    batch_bytes, batch_rows
-        How much is read at a time; the result does not depend on it.
-
-    Raises
-    ------
-    LogError
-        The log cannot be read or filtered, or the result cannot be written; nothing is left behind.
-    UsageError
-        The recipe asks for what the filter does not have, or the result's ending is not known.
-
-    Examples
-    --------
-    >>> run_log(load_recipe("seat.toml"), "drive.csv", "drive.roll.csv")  # doctest: +SKIP
-    Summary(rows=14000, gaps=0, counts={'missing': 0, 'held': 0})
-    """
-    out = Path(out)
-    check_ending(out)
-    time = () if recipe.clock.column is None else (recipe.clock.column,)
-    columns = Columns(recipe.signal_columns, time, recipe.output.keep)
-    with open_log(log, columns, batch_bytes=batch_bytes, batch_rows=batch_rows) as reader:
-        pipeline = Pipeline(recipe, reader.schema)
-        with create_log(out, pipeline.schema(reader.schema)) as writer:
-            read = 0
-            for batch in reader.batches():
-                writer.write(pipeline.process(batch))
-                if advance is not None:
-                    advance(reader.position() - read)
-                    read = reader.position()
-    return Summary(pipeline.rows, pipeline.gaps, pipeline.counts)
-
-
-def plan(logs: Sequence[Path], out: str, *, force: bool = False) -> list[Job]:
+def plan(logs: Sequence[Path], out: str, *, force: bool = False, resume: bool = False) -> list[Job]:
     """Decide where each result goes, and refuse what would overwrite something, before any work.
 
     Parameters
@@ -117,6 +25,8 @@ def plan(logs: Sequence[Path], out: str, *, force: bool = False) -> list[Job]:
         folder a result has the name of its log.
     force
         Replace results that are already there.
+    resume
+        Results may be there already: whether they are the right ones is looked at later.
 
     Raises
     ------
@@ -134,7 +44,7 @@ def plan(logs: Sequence[Path], out: str, *, force: bool = False) -> list[Job]:
         if target in taken:
             raise UsageError(f"{taken[target]} and {log} would both go to {target}")
         taken[target] = log
-        check_target(target, force=force)
+        check_target(target, force=force or resume)
         if not folder:
             check_ending(target)
     if folder and Path(out).exists() and not Path(out).is_dir():
@@ -148,10 +58,12 @@ def run_logs(
     recipe: Recipe,
     jobs: Sequence[Job],
     *,
-    advance: Callable[[int], object] | None = None,
-    report: Callable[[str], object] = print,
+    force: bool = True,
+    resume: bool = False,
+    advance: Advance | None = None,
+    report: Callable[[Outcome], object] = print,
 ) -> int:
-    """Filter several logs, one after the other; one that fails does not stop the others.
+    """Filter several logs; one that fails does not stop the others.
 
     Parameters
     ----------
@@ -159,10 +71,14 @@ def run_logs(
         What to read, filter and write.
     jobs
         The logs and where their results go.
+    force
+        Replace results that are there.
+    resume
+        Leave results that an earlier run completed, and go on with what it left.
     advance
-        Called now and then with the number of bytes read since the last call.
+        Called now and then with the bytes read and the rows filtered since the last call.
     report
-        Takes one line for each log.
+        Takes how each log ended.
 
     Returns
     -------
@@ -176,7 +92,12 @@ def run_logs(
         no log was opened.
     """
     prepare(recipe, jobs)
-    return sum(not _run_job(recipe, job, advance, report) for job in jobs)
+    failed = 0
+    for job in jobs:
+        outcome = run_job(recipe, job, force=force, resume=resume, advance=advance)
+        report(outcome)
+        failed += outcome.failed
+    return failed
 
 
 def prepare(recipe: Recipe, jobs: Sequence[Job]) -> None:
@@ -197,16 +118,3 @@ def _make(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UsageError(f"{folder}: the folder cannot be made: {error.strerror}") from None
-
-
-def _run_job(
-    recipe: Recipe, job: Job, advance: Callable[[int], object] | None, report: Callable[[str], object]
-) -> bool:
-    """Filter one log and report on it; return whether it went well."""
-    try:
-        summary = run_log(recipe, job.log, job.out, advance=advance)
-    except (LogError, UsageError) as error:
-        report(f"{job.log}: {error}")
-        return False
-    report(f"{job.log}: {summary} -> {job.out}")
-    return True

@@ -38,7 +38,11 @@ class Steps:
         low, high = float(steps.min()), float(steps.max())
         self.shortest = low if self.shortest is None else min(low, self.shortest)
         self.longest = high if self.longest is None else max(high, self.longest)
-        bins = steps.view(np.int64) >> SHIFT if steps.flags.c_contiguous else steps.copy().view(np.int64) >> SHIFT
+        bins = (
+            steps.view(np.int64) >> SHIFT
+            if steps.flags.c_contiguous
+            else steps.copy().view(np.int64) >> SHIFT
+        )
         first = int(bins.min())
         counts = np.bincount(bins - first) if int(bins.max()) - first < 1 << 16 else None
         if counts is not None:

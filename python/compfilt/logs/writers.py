@@ -14,7 +14,17 @@ import pyarrow.parquet
 
 from compfilt.logs.errors import LogError, UsageError
 
-__all__ = ["FORMATS", "LogWriter", "check_ending", "check_target", "complete_file", "create_log"]
+__all__ = [
+    "FORMATS",
+    "RESUMABLE",
+    "LogWriter",
+    "ResumableWriter",
+    "abandoned_on_failure",
+    "check_ending",
+    "check_target",
+    "complete_file",
+    "create_log",
+]
 
 ROWS_PER_GROUP = 1 << 17
 """How many rows a Parquet row group holds: small ones are slow to read, large ones take memory."""
@@ -33,15 +43,27 @@ class LogWriter(Protocol):
         """Let go of the file, which nobody will read."""
 
 
+class ResumableWriter(LogWriter, Protocol):
+    """A result that can be continued by another process."""
+
+    def settle(self) -> None:
+        """Write what is held back, and whatever makes the file complete as it is; more may follow."""
+
+
 class _Csv:
     """A CSV file; NaN becomes an empty field, which is how the reader takes it."""
 
-    def __init__(self, file: IO[bytes], schema: pa.Schema) -> None:
-        self._writer = pa.csv.CSVWriter(file, schema)
+    def __init__(self, file: IO[bytes], schema: pa.Schema, *, append: bool = False) -> None:
+        self._file = file
+        options = pa.csv.WriteOptions(include_header=not append)
+        self._writer = pa.csv.CSVWriter(file, schema, write_options=options)
 
     def write(self, batch: pa.RecordBatch) -> None:
         columns = [_nan_to_null(column) for column in batch.columns]
         self._writer.write_batch(pa.RecordBatch.from_arrays(columns, schema=batch.schema))
+
+    def settle(self) -> None:
+        self._file.flush()
 
     def close(self) -> None:
         self._writer.close()
@@ -57,35 +79,79 @@ def _nan_to_null(column: Any) -> Any:  # noqa: ANN401 - an array of any type
 
 
 class _Parquet:
-    """A Parquet file; batches are gathered to row groups of a good size."""
+    """A Parquet file in row groups of a fixed size, so that its bytes do not depend on the batches.
 
-    def __init__(self, file: IO[bytes], schema: pa.Schema) -> None:
-        self._writer = pa.parquet.ParquetWriter(file, schema)
+    It grows in pieces. Each begins and ends like a file of its own, and has behind it an index of all row groups so far: a
+    reader looks at the last index only, so that the file is complete after each piece.
+    """
+
+    def __init__(self, file: IO[bytes], schema: pa.Schema, *, append: bool = False) -> None:
+        self._path = file.name
+        self._schema = schema
+        self._index = pa.parquet.read_metadata(self._path) if append else None
+        self._sink: Any = None
+        self._piece: Any = None
         self._held: list[pa.RecordBatch] = []
         self._rows = 0
+        if not append:
+            self._begin()
+
+    def _begin(self) -> None:
+        """Begin a piece at the end of the file."""
+        self._sink = pa.OSFile(self._path, "ab")
+        # Arrow refuses a sink that does not stand at its beginning, and then writes down where in the sink things are. What is
+        # appended goes to the end wherever the sink stands: so it finds their places in the whole file.
+        os.lseek(self._sink.fileno(), 0, os.SEEK_SET)
+        # Measured numbers hardly ever repeat: a dictionary of them is work for nothing.
+        repeating = [field.name for field in self._schema if not pa.types.is_floating(field.type)]
+        self._piece = pa.parquet.ParquetWriter(self._sink, self._schema, use_dictionary=repeating)
 
     def write(self, batch: pa.RecordBatch) -> None:
         self._held.append(batch)
         self._rows += batch.num_rows
-        if self._rows >= ROWS_PER_GROUP:
-            self._flush()
+        while self._rows >= ROWS_PER_GROUP:
+            self._write_group(ROWS_PER_GROUP)
+
+    def _write_group(self, rows: int) -> None:
+        if self._piece is None:
+            self._begin()
+        held = pa.Table.from_batches(self._held, self._schema)
+        # In one chunk, since Arrow looks for the end of a page anew in each.
+        self._piece.write_table(held.slice(0, rows).combine_chunks(), row_group_size=rows)
+        self._held = held.slice(rows).to_batches()
+        self._rows -= rows
+
+    def settle(self) -> None:
+        if self._rows:
+            self._write_group(self._rows)
+        if self._piece is None:
+            return
+        self._piece.close()
+        index = self._piece.writer.metadata
+        if self._index is None:
+            self._index = index
+        else:
+            self._index.append_row_groups(index)
+            self._index.write_metadata_file(self._sink)
+        self._sink.close()
+        self._piece = self._sink = None
 
     def close(self) -> None:
-        self._flush()
-        self._writer.close()
+        self.settle()
 
     def abandon(self) -> None:
         # Before the file is closed: Arrow's destructor would do it later, fail, and print a traceback.
-        self._writer.close()
-
-    def _flush(self) -> None:
-        if self._held:
-            self._writer.write_table(pa.Table.from_batches(self._held), row_group_size=self._rows)
-        self._held, self._rows = [], 0
+        if self._piece is not None:
+            with contextlib.suppress(Exception):
+                self._piece.close()
+            self._sink.close()
 
 
 FORMATS: dict[str, Callable[[IO[bytes], pa.Schema], LogWriter]] = {".csv": _Csv, ".parquet": _Parquet}
 """The endings of the files that can be written, and how."""
+
+RESUMABLE: dict[str, Callable[..., ResumableWriter]] = {".csv": _Csv, ".parquet": _Parquet}
+"""Those that can be continued, with ``append=True``."""
 
 
 def check_ending(path: Path, endings: Iterable[str] = tuple(FORMATS)) -> None:
@@ -141,13 +207,14 @@ def create_log(path: Path, schema: pa.Schema) -> Iterator[LogWriter]:
     """
     with complete_file(path) as file:
         writer = FORMATS[path.suffix.lower()](file, schema)
-        with _abandoned_on_failure(writer):
+        with abandoned_on_failure(writer):
             yield writer
             writer.close()
 
 
 @contextlib.contextmanager
-def _abandoned_on_failure(writer: LogWriter) -> Iterator[None]:
+def abandoned_on_failure(writer: LogWriter) -> Iterator[None]:
+    """Let go of the writer's file when the block ends with an exception."""
     try:
         yield
     except BaseException:

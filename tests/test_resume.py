@@ -1,0 +1,307 @@
+"""A run that was killed, or that ran out of disk, is taken up: the result has the bytes of one that was not."""
+
+import json
+import os
+import pickle
+import shutil
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from compfilt.logs import job, run_log, writers
+from compfilt.logs.errors import LogError
+from compfilt.logs.job import run_job
+from compfilt.logs.recipe import parse_recipe
+from compfilt.logs.run import Job
+
+RECIPE = """
+version = 1
+[log]
+time = { column = "t", unit = "s" }
+gyro = { columns = ["gx", "gy", "gz"], unit = "deg/s" }
+accelerometer = { columns = ["ax", "ay", "az"], unit = "g" }
+axes = "flu"
+[filter]
+kind = "FILTER"
+[policy]
+gap = { longer_than = "1 s", do = "reset" }
+stuck = { longer_than = "20 ms", do = "coast" }
+clipped = { samples = 2, do = "hold" }
+[output]
+columns = ["roll", "pitch", "flags", "faults"]
+unit = "deg"
+keep = ["t", "note"]
+"""
+FILTERS = {
+    "tilt": 'kind = "tilt"\ndesign = { kind = "pi", kp = 2.0, ki = 0.5 }',
+    "attitude": 'kind = "attitude"\nmethod = "self_calibrating"\ntau = 3.0',
+}
+ROWS = 6000
+
+
+def recipe_text(kind="tilt"):
+    return RECIPE.replace('kind = "FILTER"', FILTERS[kind])
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    """A log with whatever can be wrong, in row groups that fit nothing."""
+    path = tmp_path_factory.mktemp("log") / "log.parquet"
+    rng = np.random.default_rng(3)
+    t = np.cumsum(rng.uniform(0.005, 0.015, ROWS))
+    t[2500:] += 7.0
+    columns = {name: np.round(rng.normal(0.0, 20.0, ROWS)) for name in ("gx", "gy", "gz")}
+    columns |= {name: rng.normal(mean, 0.1, ROWS) for name, mean in (("ax", 0.1), ("ay", 0.2), ("az", 1.0))}
+    columns["ay"][1490:1530] = np.nan
+    columns["az"][2990:3020] = 1.0
+    notes = [f"row {i % 40}" for i in range(ROWS)]
+    pq.write_table(pa.table({"t": t, "note": notes, **columns}), path, row_group_size=777)
+    return path
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """Row groups of 250 rows, a checkpoint after every 1000."""
+    monkeypatch.setattr(writers, "ROWS_PER_GROUP", 250)
+    monkeypatch.setattr(job, "ROWS_PER_CHECKPOINT", 1000)
+
+
+def names(folder):
+    return sorted(entry.name for entry in folder.iterdir())
+
+
+# Kills the process when it has filtered some rows and written what it does then.
+KILLED = """
+import functools, os, signal, sys, time
+from compfilt.logs import draft, job, pipeline, readers, writers
+writers.ROWS_PER_GROUP, job.ROWS_PER_CHECKPOINT = 250, 1000
+at, where = int(os.environ["AT"]), os.environ["WHERE"]
+opened = readers.open_log
+job.open_log = lambda *a, **k: opened(*a, **{**k, "batch_rows": 333})
+def die(*_):
+    os.kill(os.getpid(), signal.SIGKILL)
+if where == "filter":
+    process = pipeline.Pipeline.process
+    def stop(self, batch):
+        if self.rows >= at:
+            time.sleep(0.2)  # the writer catches up
+            die()
+        return process(self, batch)
+    pipeline.Pipeline.process = stop
+else:
+    marks = []
+    mark, replace = draft.Draft.mark, draft.Path.replace
+    def counted(self, writer, state):
+        marks.append(state["rows"])
+        if where == "settled" and state["rows"] >= at:
+            writer.settle()
+            die()
+        mark(self, writer, state)
+    def named(self, target):
+        if marks and marks[-1] >= at and str(self).endswith(".new"):
+            die()
+        return replace(self, target)
+    draft.Draft.mark, draft.Path.replace = counted, named
+from compfilt.__main__ import main
+sys.exit(main())
+"""
+
+
+def command(folder, *arguments, code=None, **environment):
+    start = ["-m", "compfilt"] if code is None else ["-c", code]
+    return subprocess.run(
+        [sys.executable, *start, *map(str, arguments)],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+        env={**os.environ, **environment},
+    )
+
+
+@pytest.mark.parametrize("ending", ["parquet", "csv"])
+@pytest.mark.parametrize(
+    ("where", "at", "resumed"),
+    [
+        ("filter", 500, 0),
+        ("filter", 1000, 1000),
+        ("filter", 3700, 3000),
+        ("filter", 5600, 5000),
+        ("settled", 2000, 1000),
+        ("named", 2000, 1000),
+    ],
+)
+def test_a_killed_run_is_taken_up(log, small, tmp_path, ending, where, at, resumed):
+    recipe = parse_recipe(recipe_text())
+    run_log(recipe, log, tmp_path / f"whole.{ending}")
+    shutil.copy2(log, tmp_path / "log.parquet")
+    (tmp_path / "recipe.toml").write_text(recipe_text(), encoding="utf-8")
+    out = tmp_path / f"out.{ending}"
+    arguments = ("run", "recipe.toml", "log.parquet", "-o", out.name)
+    killed = command(tmp_path, *arguments, code=KILLED, AT=str(at), WHERE=where)
+    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    assert not out.exists()
+    summary = run_log(recipe, tmp_path / "log.parquet", out, resume=True)
+    assert summary.note == (f"resumed at row {resumed + 1}" if resumed else "what an earlier run left was of no use")
+    assert out.read_bytes() == (tmp_path / f"whole.{ending}").read_bytes()
+    reports = [json.loads((tmp_path / f"{name}.{ending}.quality.json").read_text()) for name in ("out", "whole")]
+    for report in reports:
+        del report["log"], report["result"]
+    assert reports[0] == reports[1]
+    assert not [name for name in names(tmp_path) if name.startswith(".")]
+
+
+@pytest.mark.parametrize("kind", FILTERS)
+def test_stopped_again_and_again(log, small, tmp_path, kind):
+    """Every checkpoint is one from which the run goes on, whatever the filter."""
+    recipe = parse_recipe(recipe_text(kind))
+    whole = run_log(recipe, log, tmp_path / "whole.parquet")
+    out = tmp_path / "out.parquet"
+    for _ in range(5):
+        stop = Stop(1100)
+        with pytest.raises(KeyboardInterrupt):
+            run_log(recipe, log, out, resume=True, advance=stop, batch_rows=100)
+        assert names(tmp_path)[:2] == [".out.parquet.part", ".out.parquet.part.json"]
+    summary = run_log(recipe, log, out, resume=True)
+    assert summary.note == "resumed at row 5001"
+    assert out.read_bytes() == (tmp_path / "whole.parquet").read_bytes()
+    assert (summary.counts, summary.faults, summary.gaps) == (whole.counts, whole.faults, 1)
+    assert pq.read_table(out).num_rows == ROWS
+
+
+class Stop:
+    """Interrupt a run after some rows, once the writer has caught up."""
+
+    def __init__(self, rows):
+        self.left = rows
+
+    def __call__(self, _size, rows):
+        self.left -= rows
+        if self.left <= 0:
+            import time  # noqa: PLC0415
+
+            time.sleep(0.1)
+            raise KeyboardInterrupt
+
+
+def stopped(recipe, log, out):
+    with pytest.raises(KeyboardInterrupt):
+        run_log(recipe, log, out, advance=Stop(2500), batch_rows=100)
+
+
+def test_without_resume_a_run_begins_anew_and_says_so(log, small, tmp_path):
+    recipe = parse_recipe(recipe_text())
+    stopped(recipe, log, tmp_path / "out.csv")
+    assert run_log(recipe, log, tmp_path / "out.csv").note == "what an earlier run left was dropped"
+    assert names(tmp_path) == ["out.csv", "out.csv.quality.json"]
+
+
+@pytest.mark.parametrize("change", ["recipe", "log", "touched", "checkpoint", "bytes"])
+def test_what_belongs_to_something_else_is_not_taken_up(log, small, tmp_path, change):
+    recipe = parse_recipe(recipe_text())
+    copy = tmp_path / "log.parquet"
+    shutil.copy2(log, copy)
+    out, part = tmp_path / "out.parquet", tmp_path / ".out.parquet.part"
+    checkpoint = tmp_path / ".out.parquet.part.json"
+    stopped(recipe, copy, out)
+    if change == "recipe":
+        recipe = parse_recipe(recipe_text().replace("kp = 2.0", "kp = 2.5"))
+    elif change == "log":
+        table = pq.read_table(copy)
+        pq.write_table(table.slice(0, 5000), copy)
+    elif change == "touched":
+        os.utime(copy, (1.0, 1.0))
+    elif change == "checkpoint":
+        saved = json.loads(checkpoint.read_text())
+        saved["state"]["stream"] = ["nonsense"]
+        checkpoint.write_text(json.dumps(saved))
+    else:
+        part.write_bytes(part.read_bytes()[:100])
+    summary = run_log(recipe, copy, out, resume=True)
+    assert summary.note == "what an earlier run left was of no use"
+    run_log(recipe, copy, tmp_path / "whole.parquet")
+    assert out.read_bytes() == (tmp_path / "whole.parquet").read_bytes()
+
+
+def test_a_checkpoint_is_not_a_pickle(log, small, tmp_path):
+    """What a stranger leaves in the folder is not run."""
+    recipe = parse_recipe(recipe_text())
+    stopped(recipe, log, tmp_path / "out.csv")
+    (tmp_path / ".out.csv.part.json").write_bytes(pickle.dumps(Trap(tmp_path / "sprung")))
+    run_log(recipe, log, tmp_path / "out.csv", resume=True)
+    assert names(tmp_path) == ["out.csv", "out.csv.quality.json"]
+
+
+class Trap:
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        return os.mkdir, (str(self.path),)
+
+
+def test_a_full_disk_keeps_what_is_sure(log, small, tmp_path):
+    resource = pytest.importorskip("resource")
+    recipe = parse_recipe(recipe_text())
+    run_log(recipe, log, tmp_path / "whole.parquet")
+    size = (tmp_path / "whole.parquet").stat().st_size
+    out = tmp_path / "out.parquet"
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size * 2 // 3, limits[1]))
+    try:
+        with pytest.raises(LogError, match=r"cannot be written: File too large; --resume goes on from the last"):
+            run_log(recipe, log, out)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, handler)
+    assert run_log(recipe, log, out, resume=True).note.startswith("resumed at row ")
+    assert out.read_bytes() == (tmp_path / "whole.parquet").read_bytes()
+
+
+def test_two_runs_do_not_write_the_same_result(log, small, tmp_path):
+    pytest.importorskip("fcntl")
+    recipe = parse_recipe(recipe_text())
+    outcomes = []
+
+    def second(_size, _rows):
+        if not outcomes:
+            outcomes.append(run_job(recipe, Job(log, tmp_path / "out.csv")))
+
+    run_log(recipe, log, tmp_path / "out.csv", advance=second)
+    assert outcomes[0].status == "failed"
+    assert outcomes[0].message == f"{tmp_path / 'out.csv'} is being written by another run"
+    assert names(tmp_path) == ["out.csv", "out.csv.quality.json"]
+
+
+def test_what_is_complete_is_left_alone(log, tmp_path):
+    recipe = parse_recipe(recipe_text())
+    work = Job(log, tmp_path / "out.parquet")
+    assert run_job(recipe, work).status == "done"
+    before = (tmp_path / "out.parquet").stat()
+    again = run_job(recipe, work, resume=True)
+    assert (again.status, again.rows, again.failed) == ("already done", ROWS, False)
+    assert "already there; --force replaces it" in run_job(recipe, work).message
+    other = parse_recipe(recipe_text().replace("kp = 2.0", "kp = 2.5"))
+    refused = run_job(other, work, resume=True)
+    assert refused.failed
+    assert "not made by this release from this log with this recipe" in refused.message
+    assert (tmp_path / "out.parquet").stat().st_mtime_ns == before.st_mtime_ns
+    assert run_job(other, work, force=True).status == "done"
+
+
+def test_the_size_of_the_batches_does_not_show_in_the_bytes(log, small, tmp_path):
+    recipe = parse_recipe(recipe_text())
+    results = []
+    for rows in (97, 1000, 100_000):
+        run_log(recipe, log, tmp_path / "out.parquet", batch_rows=rows)
+        results.append((tmp_path / "out.parquet").read_bytes())
+    assert results[0] == results[1] == results[2]
+    groups = pq.ParquetFile(tmp_path / "out.parquet").metadata
+    assert {groups.row_group(i).num_rows for i in range(groups.num_row_groups)} == {250}
