@@ -49,7 +49,9 @@ class AffineMap:
 
     def __call__(self, start: Array) -> Array:
         """Return the levels at the end."""
-        return self.end + self.matrix @ (start - self.about)
+        # What overflows shows when the part is filtered.
+        with np.errstate(over="ignore", invalid="ignore"):
+            return self.end + self.matrix @ (start - self.about)
 
     def then(self, later: "AffineMap") -> "AffineMap":
         """Return the map over this stretch and the one that follows it."""

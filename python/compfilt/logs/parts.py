@@ -40,7 +40,7 @@ class Future(Protocol):
         """Wait for it."""
 
     def cancel(self) -> Any:  # noqa: ANN401
-        """Let it be if it has not begun."""
+        """Let it be if it has not begun; False if it has, and has to be waited for."""
 
 
 Submit = Callable[..., Future]
@@ -164,14 +164,16 @@ def _starts(whole: PartitionedLog, parts: Sequence[Part], submit: Submit) -> lis
 
 @contextlib.contextmanager
 def _all(submit: Submit, work: Sequence[tuple[Any, ...]]) -> Iterator[list[Future]]:
-    """Give all of some work to the workers; what has not begun when the block ends is cancelled."""
+    """Give all of some work to the workers; when the block ends what has not begun is cancelled, the rest waited for."""
     futures: list[Future] = []
     try:
         futures += [submit(*task) for task in work]
         yield futures
     finally:
-        for future in futures:
-            future.cancel()
+        running = [future for future in futures if future.cancel() is False]
+        for future in running:
+            with contextlib.suppress(Exception):
+                future.result()
 
 
 @contextlib.contextmanager
