@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pyarrow as pa
@@ -59,12 +60,13 @@ def log(tmp_path_factory):
     columns |= {name: rng.normal(mean, 0.1, ROWS) for name, mean in (("ax", 0.1), ("ay", 0.2), ("az", 1.0))}
     columns["ay"][1490:1530] = np.nan
     columns["az"][2990:3020] = 1.0
+    columns["gz"][3990:4010] = 100.0
     notes = [f"row {i % 40}" for i in range(ROWS)]
     pq.write_table(pa.table({"t": t, "note": notes, **columns}), path, row_group_size=777)
     return path
 
 
-@pytest.fixture
+@pytest.fixture(autouse=True)
 def small(monkeypatch):
     """Row groups of 250 rows, a checkpoint after every 1000."""
     monkeypatch.setattr(writers, "ROWS_PER_GROUP", 250)
@@ -137,7 +139,7 @@ def command(folder, *arguments, code=None, **environment):
         ("named", 2000, 1000),
     ],
 )
-def test_a_killed_run_is_taken_up(log, small, tmp_path, ending, where, at, resumed):
+def test_a_killed_run_is_taken_up(log, tmp_path, ending, where, at, resumed):
     recipe = parse_recipe(recipe_text())
     run_log(recipe, log, tmp_path / f"whole.{ending}")
     shutil.copy2(log, tmp_path / "log.parquet")
@@ -148,9 +150,13 @@ def test_a_killed_run_is_taken_up(log, small, tmp_path, ending, where, at, resum
     assert killed.returncode == -signal.SIGKILL, killed.stderr
     assert not out.exists()
     summary = run_log(recipe, tmp_path / "log.parquet", out, resume=True)
-    assert summary.note == (f"resumed at row {resumed + 1}" if resumed else "what an earlier run left was of no use")
+    assert summary.note == (
+        f"resumed at row {resumed + 1}" if resumed else "what an earlier run left was of no use"
+    )
     assert out.read_bytes() == (tmp_path / f"whole.{ending}").read_bytes()
-    reports = [json.loads((tmp_path / f"{name}.{ending}.quality.json").read_text()) for name in ("out", "whole")]
+    reports = [
+        json.loads((tmp_path / f"{name}.{ending}.quality.json").read_text()) for name in ("out", "whole")
+    ]
     for report in reports:
         del report["log"], report["result"]
     assert reports[0] == reports[1]
@@ -158,7 +164,7 @@ def test_a_killed_run_is_taken_up(log, small, tmp_path, ending, where, at, resum
 
 
 @pytest.mark.parametrize("kind", FILTERS)
-def test_stopped_again_and_again(log, small, tmp_path, kind):
+def test_stopped_again_and_again(log, tmp_path, kind):
     """Every checkpoint is one from which the run goes on, whatever the filter."""
     recipe = parse_recipe(recipe_text(kind))
     whole = run_log(recipe, log, tmp_path / "whole.parquet")
@@ -184,8 +190,6 @@ class Stop:
     def __call__(self, _size, rows):
         self.left -= rows
         if self.left <= 0:
-            import time  # noqa: PLC0415
-
             time.sleep(0.1)
             raise KeyboardInterrupt
 
@@ -195,7 +199,7 @@ def stopped(recipe, log, out):
         run_log(recipe, log, out, advance=Stop(2500), batch_rows=100)
 
 
-def test_without_resume_a_run_begins_anew_and_says_so(log, small, tmp_path):
+def test_without_resume_a_run_begins_anew_and_says_so(log, tmp_path):
     recipe = parse_recipe(recipe_text())
     stopped(recipe, log, tmp_path / "out.csv")
     assert run_log(recipe, log, tmp_path / "out.csv").note == "what an earlier run left was dropped"
@@ -203,7 +207,7 @@ def test_without_resume_a_run_begins_anew_and_says_so(log, small, tmp_path):
 
 
 @pytest.mark.parametrize("change", ["recipe", "log", "touched", "checkpoint", "bytes"])
-def test_what_belongs_to_something_else_is_not_taken_up(log, small, tmp_path, change):
+def test_what_belongs_to_something_else_is_not_taken_up(log, tmp_path, change):
     recipe = parse_recipe(recipe_text())
     copy = tmp_path / "log.parquet"
     shutil.copy2(log, copy)
@@ -229,7 +233,7 @@ def test_what_belongs_to_something_else_is_not_taken_up(log, small, tmp_path, ch
     assert out.read_bytes() == (tmp_path / "whole.parquet").read_bytes()
 
 
-def test_a_checkpoint_is_not_a_pickle(log, small, tmp_path):
+def test_a_checkpoint_is_not_a_pickle(log, tmp_path):
     """What a stranger leaves in the folder is not run."""
     recipe = parse_recipe(recipe_text())
     stopped(recipe, log, tmp_path / "out.csv")
@@ -246,7 +250,7 @@ class Trap:
         return os.mkdir, (str(self.path),)
 
 
-def test_a_full_disk_keeps_what_is_sure(log, small, tmp_path):
+def test_a_full_disk_keeps_what_is_sure(log, tmp_path):
     resource = pytest.importorskip("resource")
     recipe = parse_recipe(recipe_text())
     run_log(recipe, log, tmp_path / "whole.parquet")
@@ -256,7 +260,9 @@ def test_a_full_disk_keeps_what_is_sure(log, small, tmp_path):
     handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size * 2 // 3, limits[1]))
     try:
-        with pytest.raises(LogError, match=r"cannot be written: File too large; --resume goes on from the last"):
+        with pytest.raises(
+            LogError, match=r"cannot be written: File too large; --resume goes on from the last"
+        ):
             run_log(recipe, log, out)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
@@ -265,7 +271,7 @@ def test_a_full_disk_keeps_what_is_sure(log, small, tmp_path):
     assert out.read_bytes() == (tmp_path / "whole.parquet").read_bytes()
 
 
-def test_two_runs_do_not_write_the_same_result(log, small, tmp_path):
+def test_two_runs_do_not_write_the_same_result(log, tmp_path):
     pytest.importorskip("fcntl")
     recipe = parse_recipe(recipe_text())
     outcomes = []
@@ -296,7 +302,7 @@ def test_what_is_complete_is_left_alone(log, tmp_path):
     assert run_job(other, work, force=True).status == "done"
 
 
-def test_the_size_of_the_batches_does_not_show_in_the_bytes(log, small, tmp_path):
+def test_the_size_of_the_batches_does_not_show_in_the_bytes(log, tmp_path):
     recipe = parse_recipe(recipe_text())
     results = []
     for rows in (97, 1000, 100_000):

@@ -16,6 +16,7 @@ from compfilt.logs.errors import LogError, UsageError
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.recipe import parse_recipe
 from compfilt.logs.run import Job, Summary, plan
+from compfilt.logs.watch import Watch
 
 RECIPE = """
 version = 1
@@ -363,12 +364,12 @@ def test_a_bad_recipe_makes_no_folder(csv, tmp_path):
 
 
 def test_one_bad_log_does_not_stop_the_others(recipe, csv, parquet, tmp_path):
-    outcomes = []
     out = tmp_path / "results"
     missing = tmp_path / "missing.csv"
-    failed = run_logs(recipe, plan([csv, missing, parquet], str(out)), report=outcomes.append)
-    assert failed == 1
-    nothing_but(out, *(f"log.{ending}{more}" for ending in ("csv", "parquet") for more in ("", ".quality.json")))
+    outcomes = run_logs(recipe, plan([csv, missing, parquet], str(out)))
+    nothing_but(
+        out, *(f"log.{ending}{more}" for ending in ("csv", "parquet") for more in ("", ".quality.json"))
+    )
     assert [outcome.status for outcome in outcomes] == ["done", "failed", "done"]
     assert outcomes[0].message.startswith("3000 samples, ")
     assert outcomes[0].message.endswith(f" -> {out / 'log.csv'}")
@@ -378,9 +379,11 @@ def test_one_bad_log_does_not_stop_the_others(recipe, csv, parquet, tmp_path):
 def test_progress_adds_up_to_the_files_sizes(recipe, csv, parquet, tmp_path):
     read = []
     jobs = plan([csv, parquet], str(tmp_path / "results"))
-    run_logs(recipe, jobs, advance=lambda *done: read.append(done), report=lambda _: None)
-    assert sum(rows for _, rows in read) == 6000
-    assert sum(size for size, _ in read) == csv.stat().st_size + parquet.stat().st_size
+    watch = Watch()
+    watch.advanced = lambda *done: read.append(done)
+    run_logs(recipe, jobs, watch=watch)
+    assert sum(rows for _, _, rows in read) == 6000
+    assert sum(size for _, size, _ in read) == csv.stat().st_size + parquet.stat().st_size
 
 
 def test_summary_in_words():

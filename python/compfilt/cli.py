@@ -1,17 +1,21 @@
 """The command line. Each command is a thin face on a function of the library."""
 
 import contextlib
+import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 from tqdm import tqdm  # type: ignore[import-untyped]
 
 from compfilt.logs.errors import LogError, UsageError
+
+if TYPE_CHECKING:
+    from compfilt.logs.job import Outcome
 
 __all__ = ["run_app"]
 
@@ -52,6 +56,16 @@ def run(
         typer.Option("-o", "--out", metavar="OUT", help='A file; or a folder, or anything that ends in "/".'),
     ],
     *,
+    workers: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            help="How many logs to filter at a time, or parts of a single long one; 0 is one for each core.",
+        ),
+    ] = 1,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Tell how each log ended in a line of JSON on stdout.")
+    ] = False,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on after a run that was stopped; what it completed stays.")
     ] = False,
@@ -70,34 +84,32 @@ def run(
     when it is complete; beside it, with ".quality.json" behind its name, a report on the log. A log that fails does not
     stop the others. One that is damaged from some row on fails too, but its result has what could be read.
 
-    With a scheduler its workers filter the logs, one each; a single long log goes to all of them in parts.
+    A single long log goes through a linear filter in parts, if there are several workers; the result is that of one part to
+    rounding. With a scheduler its workers do the work.
 
     Exit status: 0, 1 if a log failed, 2 if nothing was done.
     """
     from compfilt.logs.recipe import load_recipe  # noqa: PLC0415 - help and usage errors do not wait for Arrow
     from compfilt.logs.run import plan, run_logs  # noqa: PLC0415
+    from compfilt.logs.watch import JsonLines, Terminal  # noqa: PLC0415
 
-    run_all: Callable[..., int] = run_logs
+    run_all: Callable[..., list[Outcome]] = run_logs
     if scheduler:
         from compfilt.logs.cluster import run_scheduled  # noqa: PLC0415 - an extra of its own
 
         run_all = partial(run_scheduled, scheduler)
 
-    with _one_line():
+    with _one_line("the same command with --resume goes on"):
         loaded = load_recipe(recipe)
         jobs = plan(logs, out, force=force, resume=resume)
-        size = sum(log.stat().st_size for log in logs if log.is_file())
-        shown = sys.stderr.isatty()
-        with tqdm(total=size, unit="B", unit_scale=True, disable=not shown, leave=False) as bar:
-            failed = run_all(
-                loaded,
-                jobs,
-                force=force,
-                resume=resume,
-                advance=lambda size, _rows: bar.update(size),
-                report=lambda outcome: _say(f"{outcome.job.log}: {outcome.message}"),
+        watch = JsonLines(jobs) if as_json else Terminal(jobs)
+        try:
+            outcomes = run_all(
+                loaded, jobs, workers=workers or os.cpu_count() or 1, force=force, resume=resume, watch=watch
             )
-    if failed:
+        finally:
+            watch.close()
+    if any(outcome.failed for outcome in outcomes):
         raise typer.Exit(1)
 
 
@@ -164,8 +176,8 @@ def _say(message: str) -> None:
 
 
 @contextlib.contextmanager
-def _one_line() -> Iterator[None]:
-    """Turn what can go wrong into one line and an exit status."""
+def _one_line(after_stop: str = "") -> Iterator[None]:
+    """Turn what can go wrong into one line and an exit status; `after_stop` says what to do after Ctrl-C."""
     try:
         yield
     except UsageError as error:
@@ -175,7 +187,7 @@ def _one_line() -> Iterator[None]:
         _say(str(error))
         raise typer.Exit(1) from None
     except KeyboardInterrupt:
-        _say("interrupted")
+        _say("interrupted" + (f"; {after_stop}" if after_stop else ""))
         raise typer.Exit(130) from None
 
 

@@ -8,20 +8,30 @@ Examples
 >>> summary = run_log(load_recipe("seat.toml"), "drive.parquet", "drive.roll.parquet")  # doctest: +SKIP
 """
 
-from compfilt.logs.errors import LogError, RecipeError, UsageError
+from compfilt.logs.errors import LogError, RecipeError, TruncatedLog, UsageError
+from compfilt.logs.faults import Faults
+from compfilt.logs.parts import run_in_parts
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.recipe import Recipe, load_recipe, parse_recipe
-from compfilt.logs.run import Summary, run_log, run_logs
+from compfilt.logs.run import Job, Outcome, Summary, run_job, run_log, run_logs
+from compfilt.logs.watch import Watch
 
 __all__ = [
+    "Faults",
+    "Job",
     "LogError",
+    "Outcome",
     "Pipeline",
     "Recipe",
     "RecipeError",
     "Summary",
+    "TruncatedLog",
     "UsageError",
+    "Watch",
     "load_recipe",
     "parse_recipe",
+    "run_job",
+    "run_in_parts",
     "run_log",
     "run_logs",
 ]

@@ -136,7 +136,8 @@ class Timeline:
             The number of the batch's first row in the log, counted from 1, for messages.
         """
         rows = seconds.size
-        timing = Timing(seconds, np.zeros(rows, np.uint8), *(np.zeros(rows, np.bool_) for _ in range(3)))
+        coasting, holding, restarts = np.zeros((3, rows), np.bool_)
+        timing = Timing(seconds, np.zeros(rows, np.uint8), coasting, holding, restarts)
         if not rows:
             return timing
         untimed = ~np.isfinite(seconds)

@@ -4,7 +4,7 @@ import contextlib
 import itertools
 import logging
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -14,10 +14,11 @@ from distributed import Client, KilledWorker, LocalCluster, as_completed
 
 import compfilt
 from compfilt.logs.errors import LogError, UsageError
-from compfilt.logs.job import Advance, Job, Outcome, run_job
+from compfilt.logs.job import Job, Outcome, run_job
 from compfilt.logs.parts import PART_ROWS, run_in_parts, why_in_order
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.run import prepare
+from compfilt.logs.watch import Watch
 
 __all__ = ["LOCAL", "connect", "run_logs_on", "run_long_log_on", "run_scheduled"]
 
@@ -36,24 +37,20 @@ def run_scheduled(
     recipe: Recipe,
     jobs: Sequence[Job],
     *,
+    workers: int | None = None,
     force: bool = True,
     resume: bool = False,
-    workers: int | None = None,
-    advance: Advance | None = None,
-    report: Callable[[Outcome], object] = print,
-) -> int:
+    watch: Watch | None = None,
+) -> list[Outcome]:
     """Filter logs on the cluster of a scheduler: several by :func:`run_logs_on`, a single one in parts if that can be.
 
     Parameters, result and errors are those of :func:`connect` and :func:`run_logs_on`.
     """
     prepare(recipe, jobs)
-    options: dict[str, Any] = {"force": force, "resume": resume, "advance": advance}
     with connect(scheduler, workers=workers) as client:
         if len(jobs) == 1 and why_in_order(recipe, jobs[0].log) is None:
-            outcome = run_long_log_on(client, recipe, jobs[0], **options)
-            report(outcome)
-            return int(outcome.failed)
-        return run_logs_on(client, recipe, jobs, **options, report=report)
+            return [run_long_log_on(client, recipe, jobs[0], force=force, resume=resume, watch=watch)]
+        return run_logs_on(client, recipe, jobs, force=force, resume=resume, watch=watch)
 
 
 @contextlib.contextmanager
@@ -110,9 +107,8 @@ def run_logs_on(
     *,
     force: bool = True,
     resume: bool = False,
-    advance: Advance | None = None,
-    report: Callable[[Outcome], object] = print,
-) -> int:
+    watch: Watch | None = None,
+) -> list[Outcome]:
     """Filter logs, each by one worker; one that fails does not stop the others.
 
     The results are those of :func:`compfilt.logs.run_logs`, byte for byte. If a worker dies, others filter the logs that it
@@ -131,35 +127,33 @@ def run_logs_on(
     resume
         Leave results that an earlier run completed. What it left undone is taken up in any case, as is what was left by a
         worker that died.
-    advance
-        Called after each log with its size in bytes and its rows.
-    report
-        Takes how each log ended, in the order in which they are done.
+    watch
+        Is told how each log ended, in the order in which they are done.
 
     Returns
     -------
-    int
-        How many logs failed.
+    list of Outcome
+        How each job ended, in the order of the jobs.
 
     Raises
     ------
     LogError
         The scheduler was lost.
     """
-    failed = 0
-    # Without a word on them, results that are there are refused here; on a worker they are this run's own.
-    fresh, there = jobs, list[Job]()
-    if not force and not resume:
-        fresh = [job for job in jobs if not job.out.exists()]
-        there = [job for job in jobs if job.out.exists()]
-    for job, outcome in itertools.chain(
-        ((job, run_job(recipe, job)) for job in there), _done(client, recipe, fresh, force=force)
+    watch = watch or Watch()
+    # A result that a worker finds is of this run, or may stay: those that may not are refused here.
+    refused = [] if force or resume else [job for job in jobs if job.out.exists()]
+    fresh = [job for job in jobs if job not in refused] if refused else jobs
+    outcomes: dict[Job, Outcome] = {}
+    for outcome in itertools.chain(
+        (run_job(recipe, job) for job in refused), _done(client, recipe, fresh, force=force)
     ):
-        report(outcome)
-        failed += outcome.failed
-        if advance is not None:
-            advance(job.log.stat().st_size if job.log.is_file() else 0, outcome.rows)
-    return failed
+        job = outcome.job
+        watch.began(job)
+        watch.advanced(job, job.log.stat().st_size if job.log.is_file() else 0, outcome.rows)
+        watch.ended(outcome)
+        outcomes[job] = outcome
+    return [outcomes[job] for job in jobs]
 
 
 def run_long_log_on(
@@ -169,13 +163,19 @@ def run_long_log_on(
     *,
     force: bool = True,
     resume: bool = False,
-    advance: Advance | None = None,
+    watch: Watch | None = None,
     part_rows: int = PART_ROWS,
 ) -> Outcome:
-    """Filter one long log in parts on a cluster: :func:`compfilt.logs.parts.run_in_parts` with its workers."""
-    submit = partial(client.submit, pure=False)
-    run = partial(run_in_parts, submit=submit, part_rows=part_rows)
-    return run_job(recipe, _absolute(job), force=force, resume=resume, advance=advance, run=run)
+    """Filter one long log in parts on a cluster: :func:`compfilt.logs.run_in_parts` with its workers."""
+    watch = watch or Watch()
+    watch.began(job)
+    run = partial(run_in_parts, submit=partial(client.submit, pure=False), part_rows=part_rows)
+    outcome = run_job(
+        recipe, _absolute(job), force=force, resume=resume, advance=partial(watch.advanced, job), run=run
+    )
+    outcome = replace(outcome, job=job)
+    watch.ended(outcome)
+    return outcome
 
 
 def _absolute(job: Job) -> Job:
@@ -183,10 +183,8 @@ def _absolute(job: Job) -> Job:
     return Job(job.log.resolve(), job.out.resolve())
 
 
-def _done(
-    client: Client, recipe: Recipe, jobs: Sequence[Job], *, force: bool
-) -> Iterator[tuple[Job, Outcome]]:
-    """Yield every job when it is done; the scheduler never has more than some of them at once."""
+def _done(client: Client, recipe: Recipe, jobs: Sequence[Job], *, force: bool) -> Iterator[Outcome]:
+    """Yield how every job ended when it has; the scheduler never has more than some of them at once."""
     waiting = iter(jobs)
     running: dict[Any, Job] = {}
 
@@ -199,8 +197,7 @@ def _done(
     first = [start(job) for job in itertools.islice(waiting, IN_FLIGHT)]
     completed: Any = as_completed(first, loop=client.loop)  # type: ignore[no-untyped-call]
     for future in completed:
-        job = running.pop(future.key)
-        yield job, _outcome(job, future)
+        yield _outcome(running.pop(future.key), future)
         completed.update([start(job) for job in itertools.islice(waiting, 1)])
 
 

@@ -109,6 +109,9 @@ class Outcome:
         """Whether something was wrong with the log."""
         return self.status in ("failed", "truncated")
 
+    def __str__(self) -> str:
+        return f"{self.job.log}: {self.message}"
+
 
 def run_job(
     recipe: Recipe,
@@ -117,7 +120,7 @@ def run_job(
     force: bool = False,
     resume: bool = False,
     advance: Advance | None = None,
-    run: Callable[..., "Summary"] | None = None,
+    run: Callable[..., Summary] | None = None,
 ) -> Outcome:
     """Do one job; what is wrong with the log stands in what is returned.
 
@@ -229,7 +232,7 @@ def run_log(
                     if resume
                     else "what an earlier run left was dropped"
                 )
-            truncated = _filter(reader, pipeline, draft, _Progress(reader, advance))
+            truncated = _filter(reader, pipeline, draft, _Progress(reader, advance, pipeline.rows))
             report = make_report(log, out, identity, pipeline, truncated)
             write_report(report, out)
     counts = pipeline.counts
@@ -258,10 +261,10 @@ def _taken_up(pipeline: Pipeline, draft: Draft, schema: pa.Schema) -> Pipeline:
 class _Progress:
     """Tell how far a log has been read and filtered, a few times a second."""
 
-    def __init__(self, reader: LogReader, advance: Advance | None) -> None:
+    def __init__(self, reader: LogReader, advance: Advance | None, rows: int) -> None:
         self._reader = reader
         self._advance = advance
-        self._bytes = self._rows = 0
+        self._bytes, self._rows = 0, rows
 
     def __call__(self, rows: int) -> None:
         if self._advance is not None:

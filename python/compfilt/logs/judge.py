@@ -178,7 +178,7 @@ class Judge:
         table[gone] = np.nan
         self._fill(table, held)
         result = table.reshape(values.shape)
-        return Verdict(result, faults, self._recovered(masks["reset"].any(axis=1)), failure)
+        return Verdict(result, faults, self._recovered(np.any(masks["reset"], axis=1)), failure)
 
     def _failure(self, kind: Faults, where: Rows, first_row: int) -> tuple[int, str]:
         """Name the first bad sample."""

@@ -5,6 +5,7 @@ import secrets
 import shutil
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import reduce
 from pathlib import Path
 from typing import Any, Protocol
@@ -73,14 +74,15 @@ def run_in_parts(
 
     The result is that of :func:`run_log` to rounding: every sample goes through the same steps, and only the levels from
     which a part starts are rounded otherwise. It depends on `part_rows`, and not on who filters the parts. A log that is
-    shorter than one and a half parts goes the ordinary way, in order, and so does one that fails.
+    shorter than one and a half parts goes the ordinary way, in order, and so does one that fails. If the filter is not
+    linear or the file can only be read in order, so does every log, and the summary's note says why.
 
     Parameters
     ----------
     recipe
         What to read, filter and write.
     log
-        A file whose rows can be reached in any order, such as Parquet.
+        Best a file whose rows can be reached in any order, such as Parquet.
     out
         The result. It is replaced if it is there, and only once it is complete. While the parts are filtered they lie in a
         hidden folder beside it, as large as the uncompressed result.
@@ -98,10 +100,8 @@ def run_in_parts(
 
     Raises
     ------
-    LogError
+    LogError, UsageError
         As :func:`run_log`.
-    UsageError
-        As :func:`run_log`; and if the log cannot be filtered in parts: see :func:`why_in_order`.
 
     Examples
     --------
@@ -110,20 +110,24 @@ def run_in_parts(
     """
     log, out = Path(log), Path(out)
     check_ending(out)
-    if why := why_in_order(recipe, log):
-        raise UsageError(f"{log}: cannot be filtered in parts: {why}")
-    whole = open_in_parts(recipe, log)
-    parts = [] if resume else whole.cut(part_rows)
-    if len(parts) > 1:
-        with contextlib.ExitStack() as stack:
-            if submit is None:
-                submit = stack.enter_context(ThreadPoolExecutor(workers)).submit
-            try:
-                return _run(whole, parts, out, submit, advance)
-            except (LogError, _NotAffineError):
-                # In order it is found which row is the first to fail, and nothing is assumed about the filter.
-                pass
-    return run_log(recipe, log, out, resume=resume, advance=advance)
+    why = "it was begun so" if resume else why_in_order(recipe, log)
+    if why is None:
+        try:
+            whole = open_in_parts(recipe, log)
+            parts = whole.cut(part_rows)
+            if len(parts) > 1:
+                with contextlib.ExitStack() as stack:
+                    if submit is None:
+                        submit = stack.enter_context(ThreadPoolExecutor(workers)).submit
+                    return _run(whole, parts, out, submit, advance)
+        except _NotAffineError:
+            why = "the filter started anew after an overflow"
+        except LogError:
+            # In order it is found which row is the first to fail.
+            pass
+    summary = run_log(recipe, log, out, resume=resume, advance=advance)
+    notes = [summary.note, f"in order, since {why}" if why else ""]
+    return replace(summary, note=", ".join(filter(None, notes)))
 
 
 def _run(

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.writers import complete_file
 
-__all__ = ["make_report", "read_report", "report_path", "write_report"]
+__all__ = ["make_report", "read_report", "report_path", "table", "write_report"]
 
 Report = dict[str, Any]
 
@@ -146,3 +146,50 @@ def read_report(out: Path) -> Report | None:
     except (OSError, ValueError):
         return None
     return report if isinstance(report, dict) else None
+
+
+def table(reports: Sequence[Report]) -> str:
+    """Put the main figures of several reports side by side, one line each.
+
+    Samples that are missing or infinite, stuck or clipped are counted channel by channel.
+    """
+    heads = (
+        "log",
+        "rows",
+        "rate Hz",
+        "jitter ms",
+        "gaps",
+        "missing",
+        "stuck",
+        "clipped",
+        "odd times",
+        "complete",
+    )
+    lines = [heads, *(_line(report) for report in reports)]
+    widths = [max(len(line[place]) for line in lines) for place in range(len(heads))]
+    return "\n".join(
+        "  ".join([line[0].ljust(widths[0]), *map(str.rjust, line[1:], widths[1:])]).rstrip()
+        for line in lines
+    )
+
+
+def _line(report: Report) -> tuple[str, ...]:
+    clock, faults = report["time"], report["faults"]
+    channels = [channel for signal in report["signals"].values() for channel in signal.values()]
+
+    def total(*kinds: str) -> str:
+        return str(sum(channel[kind] for channel in channels for kind in kinds))
+
+    jitter = clock.get("jitter_seconds")
+    return (
+        report["log"],
+        str(report["rows"]),
+        "-" if clock["rate_hz"] is None else f"{clock['rate_hz']:.6g}",
+        "-" if jitter is None else f"{1e3 * jitter:.3g}",
+        str(clock.get("gaps", 0)),
+        total("missing", "infinite"),
+        total("stuck"),
+        total("clipped"),
+        str(faults["duplicate"] + faults["backwards"]),
+        "yes" if report["complete"] else "no",
+    )

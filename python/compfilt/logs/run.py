@@ -1,13 +1,17 @@
 """Logs through a recipe: where the results go, and one log after the other or several at a time."""
 
+import functools
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from compfilt.logs.errors import UsageError
-from compfilt.logs.job import Advance, Job, Outcome, Summary, run_job, run_log
+from compfilt.logs.job import Job, Outcome, Summary, run_job, run_log
+from compfilt.logs.parts import run_in_parts
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.recipe import Recipe
+from compfilt.logs.watch import Watch
+from compfilt.logs.workers import run_in_workers
 from compfilt.logs.writers import check_ending, check_target
 
 __all__ = ["Job", "Outcome", "Summary", "plan", "prepare", "run_job", "run_log", "run_logs"]
@@ -58,11 +62,11 @@ def run_logs(
     recipe: Recipe,
     jobs: Sequence[Job],
     *,
+    workers: int = 1,
     force: bool = True,
     resume: bool = False,
-    advance: Advance | None = None,
-    report: Callable[[Outcome], object] = print,
-) -> int:
+    watch: Watch | None = None,
+) -> list[Outcome]:
     """Filter several logs; one that fails does not stop the others.
 
     Parameters
@@ -71,19 +75,21 @@ def run_logs(
         What to read, filter and write.
     jobs
         The logs and where their results go.
+    workers
+        How many logs to filter at a time, each in a process of its own. The results do not depend on it. More than one
+        need ``if __name__ == "__main__":`` in the script that asks for them, as all of Python's processes do. A single log
+        goes in parts to so many threads, as :func:`compfilt.logs.run_in_parts` does it.
     force
         Replace results that are there.
     resume
         Leave results that an earlier run completed, and go on with what it left.
-    advance
-        Called now and then with the bytes read and the rows filtered since the last call.
-    report
-        Takes how each log ended.
+    watch
+        Is told what happens.
 
     Returns
     -------
-    int
-        How many logs failed.
+    list of Outcome
+        How each job ended, in the order of the jobs.
 
     Raises
     ------
@@ -92,12 +98,17 @@ def run_logs(
         no log was opened.
     """
     prepare(recipe, jobs)
-    failed = 0
+    watch = watch or Watch()
+    if min(workers, len(jobs)) > 1:
+        return run_in_workers(recipe, jobs, workers, watch, force=force, resume=resume)
+    run = functools.partial(run_in_parts, workers=workers) if workers > 1 else run_log
+    outcomes = []
     for job in jobs:
-        outcome = run_job(recipe, job, force=force, resume=resume, advance=advance)
-        report(outcome)
-        failed += outcome.failed
-    return failed
+        watch.began(job)
+        advance = functools.partial(watch.advanced, job)
+        outcomes.append(run_job(recipe, job, force=force, resume=resume, advance=advance, run=run))
+        watch.ended(outcomes[-1])
+    return outcomes
 
 
 def prepare(recipe: Recipe, jobs: Sequence[Job]) -> None:

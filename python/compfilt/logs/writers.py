@@ -103,7 +103,7 @@ class _Parquet:
         # appended goes to the end wherever the sink stands: so it finds their places in the whole file.
         os.lseek(self._sink.fileno(), 0, os.SEEK_SET)
         # Measured numbers hardly ever repeat: a dictionary of them is work for nothing.
-        repeating = [field.name for field in self._schema if not pa.types.is_floating(field.type)]
+        repeating: Any = [field.name for field in self._schema if not pa.types.is_floating(field.type)]
         self._piece = pa.parquet.ParquetWriter(self._sink, self._schema, use_dictionary=repeating)
 
     def write(self, batch: pa.RecordBatch) -> None:
