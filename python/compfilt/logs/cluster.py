@@ -207,7 +207,9 @@ def _outcome(job: Job, future: Any) -> Outcome:  # noqa: ANN401
         raise LogError("the scheduler was lost; what is not reported may not be done")
     error = future.exception()
     if isinstance(error, KilledWorker):
-        return Outcome(job, "failed", f"the worker that filtered it died, {error.allowed_failures + 1} times")
+        return Outcome(
+            job, "failed", f"the worker that filtered it died (attempts: {error.allowed_failures + 1})"
+        )
     if error is not None:
         why = f"unexpected {type(error).__name__} on a worker: {error}"
         return Outcome(job, "failed", why.replace("\n", " "))
