@@ -30,8 +30,8 @@ __all__ = [
     "Watch",
     "load_recipe",
     "parse_recipe",
-    "run_job",
     "run_in_parts",
+    "run_job",
     "run_log",
     "run_logs",
 ]

@@ -1,11 +1,14 @@
 """Rows out of the middle of a log, for formats that can be read from anywhere."""
 
 import contextlib
-from collections.abc import Callable, Iterator
+import struct
+import zipfile
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
+import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.parquet
 
@@ -13,6 +16,12 @@ from compfilt.logs.errors import LogError
 from compfilt.logs.readers import Columns, open_log
 
 __all__ = ["RowReader", "can_read_rows", "open_rows"]
+
+LOCAL_HEADER = 30
+"""Bytes before the name of a member of a ZIP archive."""
+
+BROKEN = (pa.ArrowException, OSError, zipfile.BadZipFile, KeyError, ValueError)
+"""What the libraries raise on damaged files."""
 
 
 class RowReader(Protocol):
@@ -51,6 +60,41 @@ class _Parquet:
         yield from _within(batches, self.starts[first], start, stop)
 
 
+class _Batches:
+    """An Arrow file, which is mapped; its pieces are the batches."""
+
+    def __init__(self, reader: Any, schema: pa.Schema) -> None:  # noqa: ANN401 - the stubs do not know the class
+        self._reader = reader
+        self.schema = schema
+        self.starts = _starts(
+            [reader.get_batch(number).num_rows for number in range(reader.num_record_batches)]
+        )
+
+    def read(self, start: int, stop: int, batch_rows: int) -> Iterator[pa.RecordBatch]:
+        for number in range(*_pieces(self.starts, start, stop)):
+            whole = self._reader.get_batch(number).select(self.schema.names)
+            pieces = (whole.slice(row, batch_rows) for row in range(0, whole.num_rows, batch_rows))
+            yield from _within(pieces, self.starts[number], start, stop)
+
+
+class _Arrays:
+    """Arrays of NumPy, which are mapped; there are no pieces."""
+
+    def __init__(self, arrays: Sequence[npt.NDArray[Any]], schema: pa.Schema) -> None:
+        self._arrays = arrays
+        self.schema = schema
+        self.starts = [0, len(arrays[0])]
+
+    def read(self, start: int, stop: int, batch_rows: int) -> Iterator[pa.RecordBatch]:
+        for row in range(start, stop, batch_rows):
+            rows = slice(row, min(row + batch_rows, stop))
+            # A column of a table is not in one piece, and the order of its bytes may not be the machine's.
+            columns = [
+                np.ascontiguousarray(array[rows], array.dtype.newbyteorder("=")) for array in self._arrays
+            ]
+            yield pa.RecordBatch.from_arrays([pa.array(column) for column in columns], schema=self.schema)
+
+
 @contextlib.contextmanager
 def _open_parquet(path: Path, schema: pa.Schema) -> Iterator[RowReader]:
     # A buffer and no prefetch: a row group may be as large as the file.
@@ -58,8 +102,49 @@ def _open_parquet(path: Path, schema: pa.Schema) -> Iterator[RowReader]:
         yield _Parquet(file, schema)
 
 
+@contextlib.contextmanager
+def _open_arrow(path: Path, schema: pa.Schema) -> Iterator[RowReader]:
+    with pa.memory_map(str(path)) as source:
+        held: pa.Schema = pa.ipc.open_file(source).schema
+        # What is compressed is decompressed column by column.
+        wanted = [held.get_field_index(name) for name in schema.names]
+        options = pa.ipc.IpcReadOptions(included_fields=wanted)
+        with pa.ipc.open_file(source, options=options) as reader:
+            yield _Batches(reader, schema)
+
+
+@contextlib.contextmanager
+def _open_npz(path: Path, schema: pa.Schema) -> Iterator[RowReader]:
+    with zipfile.ZipFile(path) as archive:
+        yield _Arrays([_mapped(archive, path, name) for name in schema.names], schema)
+
+
+def _mapped(archive: zipfile.ZipFile, path: Path, name: str) -> npt.NDArray[Any]:
+    """Map a column of an archive: an array, or ``name[0]`` of one that has columns."""
+    member, _, number = (name, "", "") if f"{name}.npy" in archive.namelist() else name.rpartition("[")
+    info = archive.getinfo(f"{member}.npy")
+    if info.compress_type != zipfile.ZIP_STORED:
+        raise LogError(f'the array "{member}" is compressed: it can only be read in order')
+    with archive.open(info) as file:
+        version = np.lib.format.read_magic(file)
+        headers = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+        shape, by_columns, dtype = headers[version](file)
+        # Behind the headers: the archive's for the member, with a name and extras, and NumPy's.
+        begin = file.tell()
+    with path.open("rb") as raw:
+        raw.seek(info.header_offset)
+        lengths = struct.unpack("<HH", raw.read(LOCAL_HEADER)[-4:])
+    begin += info.header_offset + LOCAL_HEADER + sum(lengths)
+    array = np.memmap(path, dtype, "r", begin, shape, "F" if by_columns else "C")
+    return array[:, int(number[:-1])] if number else array
+
+
 FORMATS: dict[str, Callable[[Path, pa.Schema], contextlib.AbstractContextManager[RowReader]]] = {
     ".parquet": _open_parquet,
+    ".arrow": _open_arrow,
+    ".feather": _open_arrow,
+    ".ipc": _open_arrow,
+    ".npz": _open_npz,
 }
 """The endings of the files whose rows can be reached, and how."""
 
@@ -87,7 +172,7 @@ def open_rows(path: str | Path, columns: Columns) -> Iterator[RowReader]:
     try:
         with FORMATS[path.suffix.lower()](path, schema) as reader:
             yield reader
-    except (pa.ArrowException, OSError) as error:
+    except BROKEN as error:
         raise LogError(f"the file is damaged: {' '.join(str(error).split())}") from None
 
 
