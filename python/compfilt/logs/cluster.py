@@ -82,7 +82,7 @@ def connect(scheduler: str, *, workers: int | None = None) -> Iterator[Client]:
                 LocalCluster(  # type: ignore[no-untyped-call]
                     n_workers=workers or os.cpu_count() or 1,
                     threads_per_worker=1,
-                    dashboard_address=None,
+                    dashboard_address=":0",
                     silence_logs=logging.CRITICAL,
                 )
             )
