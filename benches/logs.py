@@ -23,7 +23,7 @@ import pyarrow.parquet as pq
 
 from compfilt.logs import parse_recipe, run_log
 from compfilt.logs.writers import ROWS_PER_GROUP
-from timing import print_table
+from timing import table
 
 COLUMNS = ("gx", "gy", "gz", "ax", "ay", "az")
 BATCH = 1 << 16
@@ -73,16 +73,18 @@ def make_log(path: Path, rows: int) -> None:
 
 def copy(log: Path, out: Path) -> None:
     """Read and write with pyarrow alone."""
-    with pq.ParquetFile(log, buffer_size=1 << 20, pre_buffer=False) as file:
-        with pq.ParquetWriter(out, file.schema_arrow, use_dictionary=False) as writer:
-            held: list[pa.RecordBatch] = []
-            for batch in file.iter_batches(BATCH, columns=list(COLUMNS)):
-                held.append(batch)
-                if len(held) * BATCH >= ROWS_PER_GROUP:
-                    writer.write_table(pa.Table.from_batches(held))
-                    held = []
-            if held:
+    with (
+        pq.ParquetFile(log, buffer_size=1 << 20, pre_buffer=False) as file,
+        pq.ParquetWriter(out, file.schema_arrow, use_dictionary=False) as writer,
+    ):
+        held: list[pa.RecordBatch] = []
+        for batch in file.iter_batches(BATCH, columns=list(COLUMNS)):
+            held.append(batch)
+            if len(held) * BATCH >= ROWS_PER_GROUP:
                 writer.write_table(pa.Table.from_batches(held))
+                held = []
+        if held:
+            writer.write_table(pa.Table.from_batches(held))
     with out.open("rb") as written:
         os.fsync(written.fileno())
 
@@ -97,9 +99,8 @@ def task_of(name: str) -> Callable[[Path, Path], object]:
 
 def measure(name: str, log: Path, out: Path) -> tuple[float, float]:
     """Return the seconds and the peak of memory in MB, in a fresh process."""
-    answer = subprocess.check_output(
-        [sys.executable, __file__, "--task", name, str(log), str(out)], text=True
-    )
+    command = [sys.executable, __file__, "--task", name, str(log), str(out)]
+    answer = subprocess.check_output(command, text=True)  # noqa: S603
     seconds, peak = answer.split()
     out.unlink()
     return float(seconds), float(peak)
@@ -138,18 +139,20 @@ def main() -> None:
     best = [min(turn[place] for turn in rounds) for place in range(len(names))]
     peaks = [max(turn[place][1] for turn in rounds) for place in range(len(names))]
     print(f"{arguments.rows} rows, {size / 1e6:.0f} MB\n")
-    print_table(
-        ("", "s", "Mrows/s", "speed / pyarrow", "peak MB"),
-        [
-            (
-                name,
-                f"{seconds:.2f}",
-                f"{arguments.rows / seconds / 1e6:.1f}",
-                f"{best[0][0] / seconds:.2f}",
-                f"{peak:.0f}",
-            )
-            for name, (seconds, _), peak in zip(names, best, peaks, strict=True)
-        ],
+    print(
+        table(
+            ("", "s", "Mrows/s", "speed / pyarrow", "peak MB"),
+            [
+                (
+                    name,
+                    f"{seconds:.2f}",
+                    f"{arguments.rows / seconds / 1e6:.1f}",
+                    f"{best[0][0] / seconds:.2f}",
+                    f"{peak:.0f}",
+                )
+                for name, (seconds, _), peak in zip(names, best, peaks, strict=True)
+            ],
+        )
     )
 
 

@@ -178,13 +178,13 @@ class Timeline:
             row = int(same.argmax())
             why = f"row {first_row + row} has the time of the row before"
             timing.mark(same, Faults.DUPLICATE, self._policy.duplicate, why)
-        after_gap = self._find_gaps(timing, steps, first_row)
+        after_gap = self._find_gaps(timing, steps, before, first_row)
         counted = ~(back | after_gap)
         if before is None:
             counted[0] = False
         self.steps.add(steps if counted.all() else steps[counted])
 
-    def _find_gaps(self, timing: Timing, steps: Times, first_row: int) -> Rows:
+    def _find_gaps(self, timing: Timing, steps: Times, before: float | None, first_row: int) -> Rows:
         """Find the rows that come after a gap."""
         gap: Gap | None = self._policy.gap
         if gap is None:
@@ -196,10 +196,9 @@ class Timeline:
             why = f"row {first_row + row} comes {steps[row]:.6g} s after the one before: a gap"
             # The sample after the gap is as good as any, whether the filter predicts over the gap or knows nothing of it.
             timing.mark(found, Faults.GAP, "keep" if gap.do in ("coast", "hold") else gap.do, why)
-            ends = timing.seconds
             for place in places[: max(0, LISTED_GAPS - self.gaps)].tolist():
-                length = float(steps[place])
-                self.listed.append(FoundGap(first_row + place, float(ends[place]) - length, length))
+                after = float(timing.seconds[place - 1]) if place else before
+                self.listed.append(FoundGap(first_row + place, float(after or 0.0), float(steps[place])))
             self.gaps += places.size
         if gap.do == "hold":
             # Summed one by one, whatever the batch, so that the sums do not depend on how the log is cut.

@@ -73,6 +73,11 @@ class Judge:
         self._resetting = False
         self._runs = _Runs(width, dtype)
 
+    @property
+    def needs_time(self) -> bool:
+        """Whether it looks at the time of the samples."""
+        return self._policy.stuck is not None
+
     def process(
         self,
         values: Values,
@@ -94,14 +99,20 @@ class Judge:
         coasting, holding
             (n,) where whatever is there does not count, and where the last good sample stands in for it.
         """
+        if not len(values):
+            return Verdict(values, None, None, None)
         table = values.reshape(len(values), len(self._signal.columns))
-        finite = np.isfinite(table)
-        plain = bool((finite | ~self._used).all())
-        found = self._found(table, finite, seconds, plain=plain)
-        self._extremes(table, finite, plain=plain)
+        # NaN goes through a minimum, and infinity shows in one of the two: this is the fastest look at all samples.
+        ends = np.minimum.reduce(table), np.maximum.reduce(table)
+        plain = bool((np.isfinite(ends).all(axis=0) | ~self._used).all())
+        finite = None if plain else np.isfinite(table)
+        found = self._found(table, finite, seconds)
+        if finite is not None:
+            numbers = np.where(finite, table, np.nan)
+            ends = np.fmin.reduce(numbers), np.fmax.reduce(numbers)
+        self.smallest, self.largest = np.fmin(self.smallest, ends[0]), np.fmax(self.largest, ends[1])
         if not found and not self._resetting and coasting is None and holding is None:
-            if len(table):
-                self._good = table[-1].copy()
+            self._good = table[-1].copy()
             return Verdict(values, None, None, None)
         masks = {do: np.zeros(table.shape, np.bool_) for do in ("coast", "hold", "reset")}
         for do, rows in (("coast", coasting), ("hold", holding)):
@@ -110,12 +121,12 @@ class Judge:
         return self._deal(values, found, masks, first_row)
 
     def _found(
-        self, table: Values, finite: Rows, seconds: npt.NDArray[np.float64] | None, *, plain: bool
+        self, table: Values, finite: Rows | None, seconds: npt.NDArray[np.float64] | None
     ) -> dict[Faults, tuple[Rows, str]]:
         """Find the bad samples of every kind, and what to do with them."""
         policy = self._policy
         found: dict[Faults, tuple[Rows, str]] = {}
-        if not plain:
+        if finite is not None:
             infinite = np.isinf(table)
             found[Faults.MISSING] = (~finite & ~infinite & self._used, policy.missing)
             found[Faults.INFINITE] = (infinite, policy.infinite)
@@ -123,9 +134,13 @@ class Judge:
         if stuck is not None or (clipped is not None and clipped.samples is not None):
             self._runs.follow(table, seconds)
         if stuck is not None:
-            found[Faults.STUCK] = (finite & self._runs.longer_than(stuck), stuck.do)
+            found[Faults.STUCK] = (self._runs.longer_than(stuck), stuck.do)
         if clipped is not None:
-            found[Faults.CLIPPED] = (finite & self._clipped(table, clipped), clipped.do)
+            found[Faults.CLIPPED] = (self._clipped(table, clipped), clipped.do)
+        if finite is not None:
+            # An infinite sample is that, and neither stuck nor clipped.
+            for kind in found.keys() & {Faults.STUCK, Faults.CLIPPED}:
+                found[kind] = (finite & found[kind][0], found[kind][1])
         return {kind: case for kind, case in found.items() if case[0].any()}
 
     def _clipped(self, table: Values, clipped: Clipped) -> Rows:
@@ -144,14 +159,6 @@ class Judge:
             at_end = ((table == top) | (table == bottom)) & (bottom < top)
             where |= at_end & (self._runs.lengths >= clipped.samples)
         return where
-
-    def _extremes(self, table: Values, finite: Rows, *, plain: bool) -> None:
-        if not len(table):
-            return
-        if not plain or not self._used.all():
-            table = np.where(finite, table, np.nan)
-        self.smallest = np.fmin(self.smallest, np.fmin.reduce(table))
-        self.largest = np.fmax(self.largest, np.fmax.reduce(table))
 
     def _deal(
         self,
@@ -201,10 +208,8 @@ class Judge:
         table[held] = filled[1:][held]
         self._good = filled[-1]
 
-    def _recovered(self, bad: Rows) -> Rows | None:
+    def _recovered(self, bad: Rows) -> Rows:
         """Find the rows with which the signal is good again after a spell that resets the filter."""
-        if not len(bad):
-            return None
         before = np.concatenate([[self._resetting], bad[:-1]])
         self._resetting = bool(bad[-1])
         return before & ~bad
@@ -248,7 +253,7 @@ class _Runs:
         """Take the next rows."""
         rows = np.arange(len(table))[:, None]
         # NaN is unequal to itself: it ends every run.
-        new = table != np.vstack([self._value, table[:-1]]) if len(table) else np.empty(table.shape, np.bool_)
+        new = table != np.vstack([self._value, table[:-1]])
         starts = np.maximum.accumulate(np.where(new, rows, -1), axis=0)
         carried = starts < 0
         self.lengths = rows - starts + np.where(carried, self._length, 0) + np.where(carried, 0, 1)
@@ -256,10 +261,8 @@ class _Runs:
             since = np.where(carried, self._since, seconds[np.maximum(starts, 0)])
             # A time that goes back ends nothing, but it does not make a run longer.
             self._durations = seconds[:, None] - since
-        if len(table):
-            self._value, self._length = table[-1].copy(), self.lengths[-1].copy()
-            if seconds is not None:
-                self._since = since[-1].copy()
+            self._since = since[-1].copy()
+        self._value, self._length = table[-1].copy(), self.lengths[-1].copy()
 
     def longer_than(self, stuck: Stuck) -> Rows:
         """Find the samples whose run has lasted too long."""

@@ -41,7 +41,8 @@ class Channel(NamedTuple):
         if self.unit is None:
             return np.ascontiguousarray(values)
         # In float64, so that float32 is rounded once.
-        return np.ascontiguousarray(values.astype(np.float64) / self.unit.factor).astype(dtype, copy=False)
+        converted: npt.NDArray[np.float64] = np.divide(values, self.unit.factor, dtype=np.float64, order="C")
+        return converted.astype(dtype, copy=False)
 
 
 class Offer(NamedTuple):

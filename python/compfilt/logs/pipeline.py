@@ -15,6 +15,7 @@ from compfilt.logs.faults import FAULTS, Faults
 from compfilt.logs.judge import Judge
 from compfilt.logs.outputs import Channel, choose
 from compfilt.logs.recipe import Recipe
+from compfilt.logs.signals import from_numpy, to_numpy
 
 __all__ = ["Pipeline", "start_stream"]
 
@@ -127,7 +128,7 @@ class Pipeline:
         first_row = self.rows + 1
         timing = None
         if self.timeline is not None:
-            ticks = batch.column(self.timeline.column).to_numpy(zero_copy_only=False)
+            ticks = to_numpy(batch.column(self.timeline.column))
             timing = self.timeline.judge(self.timeline.seconds(ticks), first_row)
         judged = self._judge(batch, timing, first_row)
         estimates = self._filter(judged, None if timing is None else timing.seconds, batch.num_rows)
@@ -154,8 +155,9 @@ class Pipeline:
         if failures:
             # The first row of all, so that the message does not depend on how the log is cut.
             raise LogError(min(failures, key=operator.itemgetter(0))[1])
-        for fault in Faults:
-            self.faults[fault] += int(np.count_nonzero(faults & np.uint8(fault))) if faults.any() else 0
+        if faults.any():
+            for fault in Faults:
+                self.faults[fault] += int(np.count_nonzero(faults & np.uint8(fault)))
         return _Judged(values, faults, np.flatnonzero(restarts))
 
     def _times(self, timing: Timing | None, rows: int) -> tuple[Times | None, Rows | None, Rows | None]:
@@ -165,7 +167,9 @@ class Pipeline:
             coasting, holding = (mask if mask.any() else None for mask in masks)
             return timing.seconds, coasting, holding
         rate = self.recipe.clock.rate
-        return None if rate is None else np.arange(self.rows, self.rows + rows) / rate, None, None
+        if rate is None or not any(judge.needs_time for judge in self.judges):
+            return None, None, None
+        return np.arange(self.rows, self.rows + rows) / rate, None, None
 
     def _filter(self, judged: _Judged, seconds: Times | None, rows: int) -> list[Any]:
         """Run the stream over one batch, starting anew where the policy says so."""
@@ -193,11 +197,13 @@ class Pipeline:
         arrays = [batch.column(name) for name in self.recipe.output.keep]
         for channel in self._channels:
             if channel.name == FAULTS:
-                arrays.append(pa.array(faults))
+                arrays.append(from_numpy(faults, pa.uint8()))
                 continue
             parts = [channel.take(estimate, self._dtype) for estimate in estimates]
             dtype = schema.field(channel.name).type
-            arrays.append(pa.array(np.concatenate(parts) if parts else [], type=dtype))
+            # A batch without rows has no parts.
+            joined: Any = parts[0] if len(parts) == 1 else np.concatenate(parts or [np.empty(0)])
+            arrays.append(from_numpy(joined, dtype))
         return pa.RecordBatch.from_arrays(arrays, schema=schema)
 
     @property

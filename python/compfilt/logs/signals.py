@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -10,7 +11,7 @@ import pyarrow as pa
 from compfilt.logs.table import Table
 from compfilt.logs.units import Dimension, Unit
 
-__all__ = ["UNUSED", "Signal", "parse_signal", "refuse_shared"]
+__all__ = ["UNUSED", "Signal", "from_numpy", "parse_signal", "refuse_shared", "to_numpy"]
 
 UNUSED = "-"
 """What stands in a recipe in the place of a column that is not used and need not be in the log."""
@@ -39,15 +40,32 @@ class Signal:
 
     def take(self, batch: pa.RecordBatch, dtype: npt.DTypeLike) -> npt.NDArray[np.floating]:
         """Take the signal out of a batch, in SI: (n,) of one column, (n, c) of several."""
-        channels = []
-        for column, scale in zip(self.columns, self.scale, strict=True):
+        # Column by column in memory, as they come and as they are looked at.
+        table = np.empty((batch.num_rows, len(self.columns)), dtype, order="F")
+        for place, (column, scale) in enumerate(zip(self.columns, self.scale, strict=True)):
             if column is None:
-                channels.append(np.full(batch.num_rows, np.nan, dtype))
+                table[:, place] = np.nan
                 continue
-            values = batch.column(column).to_numpy(zero_copy_only=False).astype(np.float64)
+            values = to_numpy(batch.column(column))
             # In float64, so that float32 is rounded once.
-            channels.append((values * (self.unit.factor * scale)).astype(dtype, copy=False))
-        return channels[0] if len(channels) == 1 else np.column_stack(channels)
+            factor = self.unit.factor * scale
+            np.multiply(values, factor, out=table[:, place], dtype=np.float64, casting="same_kind")
+        return table[:, 0] if len(self.columns) == 1 else table
+
+
+def to_numpy(column: Any) -> npt.NDArray[Any]:  # noqa: ANN401 - an array of numbers
+    """Return a column's values; nulls are NaN, or what Arrow makes of them."""
+    if column.null_count or not pa.types.is_primitive(column.type) or pa.types.is_temporal(column.type):
+        return np.asarray(column.to_numpy(zero_copy_only=False))
+    # Arrow's own way loads pandas where it is installed, which takes longer than to filter a small log.
+    return np.from_dlpack(column)
+
+
+def from_numpy(values: npt.NDArray[Any], kind: Any) -> Any:  # noqa: ANN401 - a type and an array of Arrow
+    """Return an array of Arrow on the same memory, without a look for nulls, and without pandas."""
+    return pa.Array.from_buffers(
+        kind, len(values), [None, pa.py_buffer(np.ascontiguousarray(values, kind.to_pandas_dtype()))]
+    )
 
 
 def parse_signal(
