@@ -78,15 +78,20 @@ def many_logs(
 
 def one_log(recipe: Recipe, log: Path, rows: int, workers: Sequence[int], stack: ExitStack) -> Iterator[Task]:
     """One long log."""
-    part_rows = rows // PARTS
     yield "in order", 1, lambda folder: run_log(recipe, log, folder / "out.parquet")
-    for count in workers:
-        run = partial(run_in_parts, recipe, log, workers=count, part_rows=part_rows)
-        yield "parts, threads", count, lambda folder, run=run: run(folder / "out.parquet")
-    for count in workers:
-        client = stack.enter_context(connect(LOCAL, workers=count))
-        run = partial(run_long_log_on, client, recipe, part_rows=part_rows)
-        yield "parts, Dask", count, lambda folder, run=run: run(Job(log, folder / "out.parquet"))
+    clients = {count: stack.enter_context(connect(LOCAL, workers=count)) for count in workers}
+    for kind in ("one file", "a folder"):
+        options = {"part_rows": rows // PARTS, "as_folder": kind == "a folder"}
+        for count in workers:
+            run = partial(run_in_parts, recipe, log, workers=count, **options)
+            yield f"parts to {kind}, threads", count, lambda folder, run=run: run(folder / "out.parquet")
+        for count, client in clients.items():
+            run = partial(run_long_log_on, client, recipe, **options)
+            yield (
+                f"parts to {kind}, Dask",
+                count,
+                lambda folder, run=run: run(Job(log, folder / "out.parquet")),
+            )
 
 
 def compare(tasks: Sequence[Task], rounds: int, rows: int, folder: Path) -> None:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from compfilt.logs import parts as parts_module
 from compfilt.logs import run_log
 from compfilt.logs.affine import AffineMap
-from compfilt.logs.errors import LogError
+from compfilt.logs.errors import LogError, UsageError
 from compfilt.logs.partition import PartitionedLog, open_in_parts
 from compfilt.logs.parts import run_in_parts, why_in_order
 from compfilt.logs.recipe import parse_recipe
@@ -158,6 +158,27 @@ def test_a_log_that_starts_late(late, tmp_path_factory, both):
 def test_any_cut(group, part_rows, tmp_path_factory, both):
     log = write_log(tmp_path_factory.mktemp("cut") / "log.parquet", group=group)
     both(recipe("Butterworth 4"), log, part_rows=part_rows)
+
+
+def test_a_folder_of_parts(log, tmp_path):
+    """It holds the same rows, and others read it as one table."""
+    one, folder = tmp_path / "one.parquet", tmp_path / "folder.parquet"
+    run_in_parts(recipe(), log, one, part_rows=1000)
+    folder.write_bytes(b"to be replaced")
+    summary = run_in_parts(recipe(), log, folder, part_rows=1000, as_folder=True)
+    assert summary.note == ""
+    assert {path.name for path in tmp_path.iterdir() if path.name.startswith(".")} == set()
+    assert sorted(path.name for path in folder.iterdir())[:2] == [
+        "part-000000.parquet",
+        "part-000001.parquet",
+    ]
+    assert pq.read_table(folder).equals(pq.read_table(one))
+    assert report_of(folder) == report_of(one)
+
+
+def test_a_folder_holds_parquet_only(log, tmp_path):
+    with pytest.raises(UsageError, match=r"use \.parquet"):
+        run_in_parts(recipe(), log, tmp_path / "out.csv", as_folder=True)
 
 
 @pytest.mark.usefixtures("only_parts")

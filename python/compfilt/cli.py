@@ -77,6 +77,10 @@ def run(
             help='A Dask scheduler, such as tcp://10.0.0.1:8786; or "local": processes here.',
         ),
     ] = "",
+    parts: Annotated[
+        bool,
+        typer.Option("--parts", help="Leave the parts of a single long log in a folder of Parquet files."),
+    ] = False,
 ) -> None:
     """Filter logs with a recipe.
 
@@ -105,7 +109,13 @@ def run(
         watch = JsonLines(jobs) if as_json else Terminal(jobs)
         try:
             outcomes = run_all(
-                loaded, jobs, workers=workers or os.cpu_count() or 1, force=force, resume=resume, watch=watch
+                loaded,
+                jobs,
+                workers=workers or os.cpu_count() or 1,
+                force=force,
+                resume=resume,
+                as_folder=parts,
+                watch=watch,
             )
         finally:
             watch.close()

@@ -40,16 +40,18 @@ def run_scheduled(
     workers: int | None = None,
     force: bool = True,
     resume: bool = False,
+    as_folder: bool = False,
     watch: Watch | None = None,
 ) -> list[Outcome]:
     """Filter logs on the cluster of a scheduler: several by :func:`run_logs_on`, a single one in parts if that can be.
 
-    Parameters, result and errors are those of :func:`connect` and :func:`run_logs_on`.
+    Parameters, result and errors are those of :func:`connect`, :func:`run_logs_on` and :func:`run_long_log_on`.
     """
     prepare(recipe, jobs)
     with connect(scheduler, workers=workers) as client:
         if len(jobs) == 1 and why_in_order(recipe, jobs[0].log) is None:
-            return [run_long_log_on(client, recipe, jobs[0], force=force, resume=resume, watch=watch)]
+            options: dict[str, Any] = {"force": force, "resume": resume, "as_folder": as_folder}
+            return [run_long_log_on(client, recipe, jobs[0], **options, watch=watch)]
         return run_logs_on(client, recipe, jobs, force=force, resume=resume, watch=watch)
 
 
@@ -165,11 +167,13 @@ def run_long_log_on(
     resume: bool = False,
     watch: Watch | None = None,
     part_rows: int = PART_ROWS,
+    as_folder: bool = False,
 ) -> Outcome:
     """Filter one long log in parts on a cluster: :func:`compfilt.logs.run_in_parts` with its workers."""
     watch = watch or Watch()
     watch.began(job)
-    run = partial(run_in_parts, submit=partial(client.submit, pure=False), part_rows=part_rows)
+    submit = partial(client.submit, pure=False)
+    run = partial(run_in_parts, submit=submit, part_rows=part_rows, as_folder=as_folder)
     outcome = run_job(
         recipe, _absolute(job), force=force, resume=resume, advance=partial(watch.advanced, job), run=run
     )

@@ -3,10 +3,10 @@
 import contextlib
 import secrets
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from functools import reduce
+from functools import partial, reduce
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -24,12 +24,15 @@ from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.quality import make_report, write_report
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.rows import can_read_rows
-from compfilt.logs.writers import LogWriter, check_ending
+from compfilt.logs.writers import FORMATS, LogWriter, check_ending, create_log
 
 __all__ = ["PART_ROWS", "Future", "Submit", "run_in_parts", "why_in_order"]
 
 PART_ROWS = 1 << 21
 """Rows of a part. It is fixed, so that the result does not depend on how many workers there are."""
+
+_Result = tuple[str, Callable[[Path], object]]
+"""The name of the parts' files, with a place for the number, and what takes the files when they are done, in order."""
 
 Levels = npt.NDArray[np.float64]
 
@@ -69,8 +72,9 @@ def run_in_parts(
     workers: int = 2,
     submit: Submit | None = None,
     part_rows: int = PART_ROWS,
+    as_folder: bool = False,
 ) -> Summary:
-    """Filter one long log into one file, several parts of it at once.
+    """Filter one long log, several parts of it at once.
 
     The result is that of :func:`run_log` to rounding: every sample goes through the same steps, and only the levels from
     which a part starts are rounded otherwise. It depends on `part_rows`, and not on who filters the parts. A log that is
@@ -86,6 +90,9 @@ def run_in_parts(
     out
         The result. It is replaced if it is there, and only once it is complete. While the parts are filtered they lie in a
         hidden folder beside it, as large as the uncompressed result.
+    as_folder
+        Make `out` a folder of Parquet files, a part each, which others read as one table. Nobody has to put the parts
+        together then: it is what many workers need. A log that goes in order becomes one file all the same.
     resume
         Go on with what a run that was stopped has left, in order.
     advance
@@ -109,7 +116,7 @@ def run_in_parts(
     Summary(rows=140000000, gaps=0, counts={'missing': 0, 'held': 0})
     """
     log, out = Path(log), Path(out)
-    check_ending(out)
+    check_ending(out, (".parquet",) if as_folder else FORMATS)
     why = "it was begun so" if resume else why_in_order(recipe, log)
     if why is None:
         try:
@@ -119,7 +126,7 @@ def run_in_parts(
                 with contextlib.ExitStack() as stack:
                     if submit is None:
                         submit = stack.enter_context(ThreadPoolExecutor(workers)).submit
-                    return _run(whole, parts, out, submit, advance)
+                    return _run(whole, parts, out, submit, advance, as_folder=as_folder)
         except _NotAffineError:
             why = "the filter started anew after an overflow"
         except LogError:
@@ -131,7 +138,13 @@ def run_in_parts(
 
 
 def _run(
-    whole: PartitionedLog, parts: Sequence[Part], out: Path, submit: Submit, advance: Advance | None
+    whole: PartitionedLog,
+    parts: Sequence[Part],
+    out: Path,
+    submit: Submit,
+    advance: Advance | None,
+    *,
+    as_folder: bool,
 ) -> Summary:
     """Find the levels before every part, then filter all parts, and put the results together as they come."""
     starts = _starts(whole, parts, submit)
@@ -139,14 +152,16 @@ def _run(
     identity = describe(whole.recipe, whole.path)
     size = whole.path.stat().st_size
     states = []
-    with open_draft(out, identity, resume=False) as draft, _folder_beside(out) as folder:
-        files = [folder / f"{number}.arrow" for number in range(len(parts))]
-        work = [(_filter, whole, *job) for job in zip(parts, starts, files, strict=True)]
-        with _all(submit, work) as futures, draft.writer(pipeline.schema(whole.schema)) as writer:
+    result = _many_files(out) if as_folder else _one_file(out, identity, pipeline.schema(whole.schema))
+    with result as (name, take):
+        files = [Path(name.format(number)) for number in range(len(parts))]
+        with _all(
+            submit, [(_filter, whole, *job) for job in zip(parts, starts, files, strict=True)]
+        ) as futures:
             for future, part, file, end in zip(futures, parts, files, [*starts[1:], None], strict=True):
                 states.append(future.result())
                 _check(states[-1], end)
-                _append(writer, file)
+                take(file)
                 if advance is not None:
                     first, last = (size * row // parts[-1].stop for row in (part.seam.row, part.stop))
                     advance(last - first, part.stop - part.seam.row)
@@ -154,6 +169,27 @@ def _run(
         report = make_report(whole.path, out, identity, pipeline)
         write_report(report, out)
     return Summary(pipeline.rows, pipeline.gaps, pipeline.counts, report["faults"], report=report)
+
+
+@contextlib.contextmanager
+def _one_file(out: Path, identity: Mapping[str, Any], schema: pa.Schema) -> Iterator[_Result]:
+    """Put the parts one behind the other."""
+    with (
+        open_draft(out, identity, resume=False) as draft,
+        _folder_beside(out) as folder,
+        draft.writer(schema) as writer,
+    ):
+        yield f"{folder}/{{}}.arrow", partial(_append, writer)
+
+
+@contextlib.contextmanager
+def _many_files(out: Path) -> Iterator[_Result]:
+    """Leave the parts as they are, in a folder that gets its name when all are there."""
+    with _folder_beside(out) as folder:
+        yield f"{folder}/part-{{:06}}.parquet", lambda _file: None
+        if out.is_file():
+            out.unlink()
+        folder.rename(out)
 
 
 def _starts(whole: PartitionedLog, parts: Sequence[Part], submit: Submit) -> list[Levels | None]:
@@ -197,15 +233,23 @@ def _folder_beside(out: Path) -> Iterator[Path]:
 def _filter(whole: PartitionedLog, part: Part, start: Levels | None, file: Path) -> dict[str, Any]:
     """Filter a part into a file, and return the pipeline's state. If it is done twice, a complete file appears each time."""
     pipeline = whole.pipeline(part, start)
-    temporary = file.with_name(f"{file.name}.{secrets.token_hex(4)}")
+    make = create_log if file.suffix in FORMATS else _create_arrow
+    with make(file, pipeline.schema(whole.schema)) as writer:
+        for batch in whole.filtered(pipeline, part):
+            writer.write(batch)
+    return pipeline.state
+
+
+@contextlib.contextmanager
+def _create_arrow(path: Path, schema: pa.Schema) -> Iterator[Any]:
+    """Write a file that is read once and soon: as it lies in memory, and not forced to the disk."""
+    temporary = path.with_name(f"{path.name}.{secrets.token_hex(4)}")
     try:
-        with pa.ipc.new_file(str(temporary), pipeline.schema(whole.schema)) as writer:
-            for batch in whole.filtered(pipeline, part):
-                writer.write_batch(batch)
-        temporary.replace(file)
+        with pa.ipc.new_file(str(temporary), schema) as writer:
+            yield writer
+        temporary.replace(path)
     except OSError as error:
         raise LogError(f"{temporary} cannot be written: {error.strerror or error}") from None
-    return pipeline.state
 
 
 def _check(state: dict[str, Any], expected: Levels | None) -> None:

@@ -65,6 +65,7 @@ def run_logs(
     workers: int = 1,
     force: bool = True,
     resume: bool = False,
+    as_folder: bool = False,
     watch: Watch | None = None,
 ) -> list[Outcome]:
     """Filter several logs; one that fails does not stop the others.
@@ -83,6 +84,8 @@ def run_logs(
         Replace results that are there.
     resume
         Leave results that an earlier run completed, and go on with what it left.
+    as_folder
+        Leave the parts of a single log in a folder.
     watch
         Is told what happens.
 
@@ -101,7 +104,7 @@ def run_logs(
     watch = watch or Watch()
     if min(workers, len(jobs)) > 1:
         return run_in_workers(recipe, jobs, workers, watch, force=force, resume=resume)
-    run = functools.partial(run_in_parts, workers=workers) if workers > 1 else run_log
+    run = functools.partial(run_in_parts, workers=workers, as_folder=as_folder) if workers > 1 else run_log
     outcomes = []
     for job in jobs:
         watch.began(job)
