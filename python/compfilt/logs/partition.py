@@ -30,6 +30,9 @@ Array = npt.NDArray[np.float64]
 BATCH_ROWS = 1 << 16
 """How many rows are read at a time."""
 
+SEAM_ROWS = 1 << 12
+"""How many rows are looked at at a time for a seam: mostly there is one right away."""
+
 TAIL_ROWS = 1 << 14
 """How much of a part's end is looked at first for what it does to the state: most filters forget sooner."""
 
@@ -192,7 +195,7 @@ class PartitionedLog:
         with open_rows(self.path, columns_of(self.recipe)) as reader:
             seams = [Seam(0, None)]
             for row, limit in _places(reader.starts, rows):
-                seam = find_seam(self.recipe, reader.read(row, limit, BATCH_ROWS), row)
+                seam = find_seam(self.recipe, reader.read(row, limit, SEAM_ROWS), row)
                 if seam is not None:
                     seams.append(seam)
             stops = [*(seam.row for seam in seams[1:]), reader.starts[-1]]
@@ -211,7 +214,7 @@ class PartitionedLog:
                 row = stop - rows
                 seam: Seam | None = part.seam
                 if row > part.seam.row:
-                    seam = find_seam(self.recipe, reader.read(row, stop - 1, BATCH_ROWS), row)
+                    seam = find_seam(self.recipe, reader.read(row, stop - 1, SEAM_ROWS), row)
                 if seam is not None:
                     piece = self._summarise(reader, Part(seam, stop))
                     whole = piece.then(whole) if whole else piece
