@@ -1,6 +1,6 @@
 """Throughput against workers: many logs and one long one, in order, on threads, on processes and on a Dask cluster.
 
-    python benches/scale.py [--rows 4000000] [--logs 16] [--workers 1 2] [--rounds 3] [--folder .]
+    python benches/scale.py [--rows 8000000] [--logs 16] [--workers 1 2] [--rounds 3] [--folder .]
 
 Six columns of float64 go in and six come out: two that are filtered, and four that are carried along. What is compared takes
 turns within one run, and a figure is the best of the rounds. A cluster is started before. The processor time is that of all
@@ -28,13 +28,11 @@ from compfilt.logs import parse_recipe, run_in_parts, run_log, run_logs
 from compfilt.logs.cluster import LOCAL, connect, run_logs_on, run_long_log_on
 from compfilt.logs.job import Job
 from compfilt.logs.partition import BATCH_ROWS, open_in_parts
+from compfilt.logs.parts import PART_ROWS
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.writers import ROWS_PER_GROUP
 from timing import machine, table
-
-PARTS = 8
-"""In how many parts the long log goes."""
 
 COLUMNS = ("gx", "gy", "gz", "ax", "ay", "az")
 
@@ -96,12 +94,12 @@ def many_logs(
         )
 
 
-def one_log(recipe: Recipe, log: Path, rows: int, workers: Sequence[int], stack: ExitStack) -> Iterator[Task]:
+def one_log(recipe: Recipe, log: Path, workers: Sequence[int], stack: ExitStack) -> Iterator[Task]:
     """One long log."""
     yield Task("in order", 1, lambda folder: run_log(recipe, log, folder / "out.parquet"))
     clients = {count: stack.enter_context(connect(LOCAL, workers=count)) for count in workers}
     for kind in ("one file", "a folder"):
-        options = {"part_rows": rows // PARTS, "as_folder": kind == "a folder"}
+        options = {"as_folder": kind == "a folder"}
         for count in workers:
             run = partial(run_in_parts, recipe, log, workers=count, **options)
             yield Task(
@@ -170,7 +168,7 @@ def steps(recipe: Recipe, slow: Recipe, log: Path, folder: Path) -> None:
     ]
     for name, one in (("fast", recipe), ("slow", slow)):
         long = open_in_parts(one, log)
-        part = long.cut(rows // 3)[1]
+        part = long.cut(min(PART_ROWS, rows // 3))[1]
         begin = time.process_time()
         long.summarise(part)
         size = part.stop - part.seam.row
@@ -185,7 +183,7 @@ def steps(recipe: Recipe, slow: Recipe, log: Path, folder: Path) -> None:
 def main() -> None:
     """Measure all, and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--rows", type=int, default=4_000_000)
+    parser.add_argument("--rows", type=int, default=8_000_000)
     parser.add_argument("--logs", type=int, default=16)
     parser.add_argument("--workers", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--rounds", type=int, default=3)
@@ -207,7 +205,7 @@ def main() -> None:
             tasks = list(many_logs(recipe, logs, arguments.workers, stack))
             compare(tasks, arguments.rounds, arguments.rows, folder)
         if "one" in arguments.only:
-            tasks = list(one_log(recipe, log, arguments.rows, arguments.workers, stack))
+            tasks = list(one_log(recipe, log, arguments.workers, stack))
             compare(tasks, arguments.rounds, arguments.rows, folder)
         if "steps" in arguments.only:
             steps(recipe, parse_recipe(SLOW), log, folder)

@@ -9,7 +9,7 @@ __all__ = ["FORGOTTEN", "AffineMap"]
 
 Array = npt.NDArray[np.float64]
 
-FORGOTTEN = 1e-30
+FORGOTTEN = 1e-24
 """What is left of a state that does not matter any more: nothing of it reaches the result's last digit."""
 
 
