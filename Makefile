@@ -12,7 +12,7 @@ EXTENSION := $(VENV)/.extension
 BENCH := $(VENV)/.bench
 LARGEST := 1e7
 
-.PHONY: help develop demo examples test test-rust test-python lint format instructions bench bench-rust bench-python cost vectors wheel clean
+.PHONY: help develop demo examples test test-rust test-python test-firmware firmware firmware-c lint format instructions bench bench-rust bench-python cost vectors wheel clean
 .DEFAULT_GOAL := help
 
 help: ## This list
@@ -35,14 +35,23 @@ demo: $(EXTENSION) ## Filter the bundled log: table, result files and plot
 examples: $(EXTENSION) ## Reproduce the sources' experiments: tables and figures
 	set -e; for script in examples/*/reproduce.py; do $(BIN)/python $$script; done
 
-test: lint test-rust test-python ## Every check
+test: lint test-rust test-python test-firmware ## Every check
 
-test-rust: ## The core's tests and documentation examples
-	cargo test --locked --quiet --package compfilt-core
+test-rust: ## The core's tests and documentation examples, the C header
+	cargo test --locked --quiet --package compfilt-core --package compfilt-capi
+	cargo test --locked --quiet --package compfilt-core --features serde --test stored
+	cargo check --locked --quiet --package compfilt-core --features serde,defmt
 	sh scripts/check_no_panic.sh
 
 test-python: $(EXTENSION) ## The Python tests, the README's and the documentation's examples
 	$(BIN)/python -m pytest --quiet
+
+# Left out, and said so, where its tools are not installed.
+test-firmware: $(EXTENSION)
+	cd scripts && ../$(BIN)/python -m firmware --if-installed
+
+firmware: $(EXTENSION) ## Every filter on emulated microcontrollers: the bits of Python, and the costs (Debian: installs QEMU)
+	cd scripts && ../$(BIN)/python -m firmware
 
 lint: $(EXTENSION) ## Formatting, lints, types and documentation; warnings are errors
 	cargo fmt --check
@@ -57,6 +66,9 @@ format: $(PACKAGES) ## Format everything
 	cargo fmt
 	$(BIN)/ruff check --quiet --fix
 	$(BIN)/ruff format --quiet
+
+firmware-c: $(EXTENSION) ## The C interface on the host and on a Cortex-M under QEMU: the bits of Python
+	PYTHON=$(BIN)/python sh scripts/firmware/c.sh
 
 instructions: $(PACKAGES) ## Instructions per sample of every filter against their budgets (callgrind)
 	$(BIN)/python scripts/count_instructions.py

@@ -1,5 +1,6 @@
 """The command line as a user meets it: statuses, one line for one thing, no traceback, nothing half done."""
 
+import contextlib
 import os
 import signal
 import struct
@@ -222,6 +223,25 @@ def test_a_stopped_run_leaves_nothing(folder, name, status, word, ending):
     assert names(folder) == ["seat.csv", "seat.toml"]
 
 
+def test_ctrl_c_keeps_the_last_checkpoint_and_says_how_to_go_on(folder):
+    arguments = ("run", "seat.toml", "seat.csv", "-o", "out.csv")
+    code = STOPPED.replace("{signal}", "SIGINT")
+    code = code.replace("opened = readers", "job.ROWS_PER_CHECKPOINT = 20\nopened = readers")
+    # Not before there is a checkpoint: the writer may be behind.
+    wait = "while not os.path.exists('.out.csv.part.json'): pass"
+    code = code.replace("    if len(seen) == 5:\n", f"    if len(seen) == 5:\n        {wait}\n")
+    process = python(code, *arguments, cwd=folder)
+    one_line(process, 130, "compfilt: interrupted; the same command with --resume goes on")
+    assert names(folder)[:2] == [".out.csv.part", ".out.csv.part.json"]
+    rows = len((folder / ".out.csv.part").read_text(encoding="utf-8").splitlines()) - 1
+    assert rows >= 20
+    one_line(compfilt(*arguments, "--resume", cwd=folder), 0, f"resumed at row {rows + 1}")
+    compfilt("run", "seat.toml", "seat.csv", "-o", "whole.csv", cwd=folder)
+    assert (folder / "out.csv").read_bytes() == (folder / "whole.csv").read_bytes()
+    one_line(compfilt(*arguments, "--resume", cwd=folder), 0, "2000 samples, already done")
+    assert not [name for name in names(folder) if name.startswith(".")]
+
+
 def test_a_killed_run_leaves_nothing_under_the_final_name(folder):
     process = python(
         STOPPED.replace("{signal}", "SIGKILL"), "run", "seat.toml", "seat.csv", "-o", "out.csv", cwd=folder
@@ -274,18 +294,41 @@ def test_without_arrow_too(folder):
 
 
 def test_a_progress_bar_on_a_terminal_only(folder):
-    fcntl, pty, termios = (pytest.importorskip(name) for name in ("fcntl", "pty", "termios"))
-    leader, follower = pty.openpty()
-    fcntl.ioctl(follower, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 100, 0, 0))
-    arguments = [sys.executable, "-m", "compfilt", "run", "seat.toml", "seat.csv", "-o", "out.csv"]
-    subprocess.run(arguments, cwd=folder, stderr=follower, timeout=60, check=True)
-    os.close(follower)
-    shown = os.read(leader, 1 << 16).decode()
-    os.close(leader)
+    shown = on_a_terminal(folder, "run", "seat.toml", "seat.csv", "-o", "out.csv")
     assert "%|" in shown
     assert "2000 samples" in shown
     process = compfilt("run", "seat.toml", "seat.csv", "-o", "out.csv", "--force", cwd=folder)
     assert "%|" not in process.stderr
+
+
+def on_a_terminal(folder, *arguments):
+    """Run the command with a terminal for stderr; return what it shows."""
+    fcntl, pty, termios = (pytest.importorskip(name) for name in ("fcntl", "pty", "termios"))
+    leader, follower = pty.openpty()
+    fcntl.ioctl(follower, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 100, 0, 0))
+    command = [sys.executable, "-m", "compfilt", *arguments]
+    running = subprocess.Popen(command, cwd=folder, stderr=follower)
+    os.close(follower)
+    shown = b""
+    # A terminal that nobody reads stops who writes to it; at its end Linux gives an error.
+    with contextlib.suppress(OSError):
+        while part := os.read(leader, 1 << 16):
+            shown += part
+    os.close(leader)
+    assert running.wait(60) == 0
+    return shown.decode()
+
+
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_a_table_on_a_terminal_where_there_are_several_logs(folder, workers):
+    (folder / "second.csv").write_bytes((folder / "seat.csv").read_bytes())
+    logs = ("seat.csv", "second.csv")
+    shown = on_a_terminal(folder, "run", "seat.toml", *logs, "-o", "out", "--workers", workers)
+    for part in ("all: ", "seat.csv: ", "samples/s", "jitter ms"):
+        assert part in shown
+    lines = [line.split() for line in shown.splitlines()]
+    for log in logs:
+        assert [log, "2000", "100"] in [line[:3] for line in lines]
 
 
 @pytest.mark.parametrize(

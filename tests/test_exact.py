@@ -18,9 +18,9 @@ from designs import (
 )
 
 FS = 100.0
-# What the binding works in: runs of 16 samples, blocks of 8 runs, chunks of 64 blocks.
-RUN, BLOCK, CHUNK = 16, 128, 8192
-LENGTHS = (0, 1, RUN - 1, RUN, BLOCK - 1, BLOCK, BLOCK + 1, 8 * BLOCK - 1, 8 * BLOCK, 8 * BLOCK + 1)
+# What the binding works in: runs of 16 samples, tiles of 8 runs, blocks of 2 tiles, chunks of 32 blocks.
+RUN, BLOCK, CHUNK = 16, 256, 8192
+LENGTHS = (0, 1, RUN - 1, RUN, BLOCK - 1, BLOCK, BLOCK + 1, 4 * BLOCK - 1, 4 * BLOCK, 4 * BLOCK + 1)
 LONG = (CHUNK - 1, CHUNK, CHUNK + 1, CHUNK + RUN, CHUNK + RUN + 1, 3 * CHUNK + BLOCK + 37)
 BOUND = {np.dtype(np.float64): 1e-13, np.dtype(np.float32): 2e-5}
 # The levels above are derivatives: what both orders round is a larger part of them.

@@ -154,6 +154,113 @@ def plot(
         _say(f"{result} -> {picture}")
 
 
+@app.command()
+def check(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log that recipes can read.")],
+    recipe: Annotated[
+        Path | None, typer.Option("--recipe", metavar="RECIPE", help="What the log is claimed to be.")
+    ] = None,
+    *,
+    json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
+) -> None:
+    """Say what a log seems to be: rate, units, axes, gaps, rests, bias, and what would make a filter wrong.
+
+    Without a recipe the columns are found by their names or by what they do, and a recipe that fits is printed. What
+    cannot be told from the log is said.
+
+    Exit status: 0, 1 if something would make a filter wrong or the log cannot be read, 2 if nothing was done.
+    """
+    from json import dumps  # noqa: PLC0415
+
+    from compfilt.logs.check import check_log  # noqa: PLC0415
+    from compfilt.logs.recipe import load_recipe  # noqa: PLC0415
+
+    with _one_line():
+        loaded = None if recipe is None else load_recipe(recipe)
+        try:
+            report = check_log(log, loaded)
+        except LogError as error:
+            raise LogError(f"{log}: {error}") from None
+        typer.echo(dumps(report.as_json(), indent=2) if json else str(report))
+    if report.wrong:
+        raise typer.Exit(1)
+
+
+@app.command()
+def export(
+    recipe: Annotated[Path, typer.Argument(metavar="RECIPE", help="A TOML file, as for compfilt run.")],
+    to: Annotated[
+        str,
+        typer.Option("--to", metavar="LANGUAGE", help='"c", for compfilt.h; or "rust", for compfilt-core.'),
+    ],
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", metavar="FILE", help="Without it the source is printed.")
+    ] = None,
+    fs: Annotated[
+        float | None,
+        typer.Option("--fs", metavar="HZ", help="The chip's sample rate; the recipe's where it has one."),
+    ] = None,
+    *,
+    force: Force = False,
+) -> None:
+    """Write a recipe's filter as source code for a chip, with the bits of compfilt run in float32.
+
+    Exit status: 0, 1 if FILE cannot be written, 2 if nothing was done.
+    """
+    from compfilt.logs.export import export_recipe  # noqa: PLC0415
+    from compfilt.logs.recipe import load_recipe  # noqa: PLC0415
+    from compfilt.logs.writers import check_target, complete_file  # noqa: PLC0415
+
+    with _one_line():
+        source = export_recipe(load_recipe(recipe), to, fs=fs)
+        if out is None:
+            typer.echo(source, nl=False)
+            return
+        check_target(out, force=force)
+        with complete_file(out) as file:
+            file.write(source.encode())
+        _say(f"{recipe} -> {out}")
+
+
+@app.command()
+def replay(
+    trace: Annotated[
+        Path,
+        typer.Argument(
+            metavar="TRACE", help="What a device recorded: the recipe's inputs, and its own outputs."
+        ),
+    ],
+    recipe: Annotated[Path, typer.Argument(metavar="RECIPE", help="The filter that ran there.")],
+    out_columns: Annotated[
+        str,
+        typer.Option(
+            "--out-columns",
+            metavar="NAME=COLUMN,...",
+            help="Where an output has another name in TRACE: roll=est_roll.",
+        ),
+    ] = "",
+) -> None:
+    """Say whether a device's outputs are the filter's, bit for bit, and where they part.
+
+    Both are float32 in SI units; a number is a decimal that is read as itself, or its bits: 0x3c23d70a. The inputs go
+    through the recipe as in compfilt run.
+
+    Exit status: 0 if all bits are the same, 1 if they are not or TRACE cannot be read, 2 if nothing was done.
+    """
+    from compfilt.logs.recipe import load_recipe  # noqa: PLC0415
+    from compfilt.logs.replay import parse_names, replay_trace  # noqa: PLC0415
+
+    with _one_line():
+        try:
+            report = replay_trace(load_recipe(recipe), trace, parse_names(out_columns))
+        except LogError as error:
+            raise LogError(f"{trace}: {error}") from None
+        for line in report.lines():
+            _say(f"{trace}: {line}")
+    if report.differences:
+        raise typer.Exit(1)
+
+
 @simulate_app.command("child-seat")
 def child_seat(
     out: Annotated[Path, typer.Option("-o", "--out", metavar="FILE", help="A CSV or Parquet file.")],

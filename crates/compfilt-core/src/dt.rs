@@ -10,6 +10,8 @@ use crate::{Error, Real, Rule};
 /// assert_eq!(Dt::new(-1.0_f64).unwrap_err().to_string(), "dt must be finite and not negative");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Dt<T>(T);
 
 impl<T: Real> Dt<T> {

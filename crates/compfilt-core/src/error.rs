@@ -4,6 +4,7 @@ use core::fmt;
 
 /// What a parameter must be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Rule {
     /// Finite and above zero.
@@ -34,6 +35,7 @@ pub enum Rule {
 
 /// What an accelerometer array is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Quantity {
     /// The specific force of gravity at the pivot.
     Gravity,
@@ -43,10 +45,12 @@ pub enum Quantity {
 
 /// Some of the body's axes x, y, z.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BodyAxes(pub [bool; 3]);
 
 /// Why a geometry of sensors does not give a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Failure {
     /// No channel in use sees the axis.
@@ -61,6 +65,7 @@ pub enum Failure {
 
 /// A parameter that cannot work, with the rule that it broke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Error {
     parameter: &'static str,
     rule: Rule,

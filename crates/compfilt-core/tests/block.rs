@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Check, Kind, Noise, close, every_filter, gains, pi, third_order};
-use compfilt_core::linear::{AffineMap, BlockResponse, Runs, Transition};
+use compfilt_core::linear::{AffineMap, Runs, Transition};
 use compfilt_core::nalgebra::SVector;
 use compfilt_core::{Discretise, Real, Recurrence, State};
 
@@ -142,72 +142,47 @@ fn powers_of_a_step() {
     every_filter(3.0, 0.5, &mut Powers);
 }
 
-/// Level 0 of every sample of a block from its convolution.
-struct Responds;
-
-impl Check<f64> for Responds {
-    fn check<D: Discretise<f64, N>, const N: usize>(&mut self, kind: Kind, design: D) {
-        let gains = gains(&design, DT);
-        let response = BlockResponse::<f64, N, SAMPLES>::of::<D>(&gains);
-        let block = Block::<N>::new(25);
-        let start = SVector::from(block.start.levels);
-        for b in 0..SAMPLES {
-            let mut level0 = response.from_state[b].dot(&start);
-            for a in 0..=b {
-                level0 += response.from_measurement[b - a] * block.y[a];
-                level0 += response.from_input[b - a] * block.u[a];
-            }
-            let wanted = block.recurrence(&gains, b + 1).levels[0];
-            let error = (level0 - wanted).abs() / wanted.abs().max(1.0);
-            assert!(error <= TOLERANCE, "{}, sample {b}: {error:e}", kind.name);
-        }
-    }
-}
-
-#[test]
-fn the_response_of_a_block_reproduces_it() {
-    every_filter(3.0, 0.5, &mut Responds);
-}
-
-/// Weights give the end of a run from zero, powers the state before every run; all runs together are a power of the step.
+/// Runs from zero and what each start adds give every level of every sample; powers give the starts; all runs together are a
+/// power of the step.
 struct SideBySide;
+
+const RUN: usize = 6;
+const RUNS: usize = SAMPLES / RUN;
 
 impl Check<f64> for SideBySide {
     fn check<D: Discretise<f64, N>, const N: usize>(&mut self, kind: Kind, design: D) {
-        const RUN: usize = 6;
-        const RUNS: usize = SAMPLES / RUN;
         let gains = gains(&design, DT);
         let runs = Runs::<f64, N, RUN, RUNS>::of::<D>(&gains);
         let block = Block::<N>::new(28);
-        let (mut chained, mut from_zero) = (block.start.levels, [0.0; N]);
+        let mut ends = State { levels: [0.0; N] };
         for run in 0..RUNS {
-            let start = run * RUN;
-            same(kind, &State { levels: chained }, &block.recurrence(&gains, start));
-            let mut powers = from_zero;
-            for (row, sum) in powers.iter_mut().enumerate() {
+            let first = run * RUN;
+            let mut start = ends.levels;
+            for (row, sum) in start.iter_mut().enumerate() {
                 for (column, x) in block.start.levels.iter().enumerate() {
                     *sum += runs.powers()[row][column][run] * x;
                 }
             }
-            same(kind, &State { levels: powers }, &block.recurrence(&gains, start));
-            let end = core::array::from_fn(|level| {
-                (0..RUN)
-                    .map(|sample| {
-                        runs.from_measurement()[level][sample] * block.y[start + sample]
-                            + runs.from_input()[level][sample] * block.u[start + sample]
-                    })
-                    .sum()
-            });
-            runs.over_one(&mut chained, &end);
-            runs.over_one(&mut from_zero, &end);
+            same(kind, &State { levels: start }, &block.recurrence(&gains, first));
+            let mut from_zero = State { levels: [0.0; N] };
+            for sample in 0..RUN {
+                gains.step(&mut from_zero, block.y[first + sample], block.u[first + sample]);
+                let levels = core::array::from_fn(|level| {
+                    let added = runs.from_start()[level][sample].iter().zip(&start);
+                    from_zero.levels[level] + added.map(|(weight, x)| weight * x).sum::<f64>()
+                });
+                same(kind, &State { levels }, &block.recurrence(&gains, first + sample + 1));
+            }
+            for sample in first..first + RUN {
+                gains.step(&mut ends, block.y[sample], block.u[sample]);
+            }
         }
         let wanted = block.recurrence(&gains, SAMPLES);
-        same(kind, &State { levels: chained }, &wanted);
         let mut over_all = block.start.levels;
-        runs.over_all(&mut over_all, &from_zero);
+        runs.over_all(&mut over_all, &ends.levels);
         same(kind, &State { levels: over_all }, &wanted);
         let mut again = block.start.levels;
-        runs.repeated(1).follow(&mut again, &from_zero);
+        runs.repeated(1).follow(&mut again, &ends.levels);
         same(kind, &State { levels: again }, &State { levels: over_all });
         let thrice = Transition::of::<D>(&gains).repeated(3 * SAMPLES, SVector::zeros());
         let mut without = block.start.levels;
@@ -255,15 +230,14 @@ fn a_chain_of_blocks_of_a_slow_filter() {
     let chain = compfilt_core::FirstOrder::new(1e6_f64).expect("a time constant").chain();
     let gains = gains(&chain, 1.0);
     let runs = Runs::<f64, 1, 16, 8>::of::<compfilt_core::Chain<f64, 1, 1>>(&gains);
-    let weights: f64 = runs.from_measurement()[0].iter().sum();
     // At rest at 1 the measurement puts back what the filter forgets.
-    let mut end = [0.0];
-    for _ in 0..8 {
-        runs.over_one(&mut end, &[weights]);
+    let mut end = State { levels: [0.0] };
+    for _ in 0..16 * 8 {
+        gains.step(&mut end, 1.0, 0.0);
     }
     let mut level = [1.0];
     for _ in 0..100_000 {
-        runs.over_all(&mut level, &end);
+        runs.over_all(&mut level, &end.levels);
     }
     close(level[0], 1.0, 1e-14);
 }

@@ -1,15 +1,16 @@
 //! One long channel in another order of the sums: parts of it side by side.
 //!
-//! A block is eight runs of sixteen samples. First the runs' offsets say where each of them starts, then the filter's own
-//! step goes through all eight at once. Blocks make chunks, and only the state between chunks is handed on, so that several
-//! workers can share a channel. Every number depends on its place in the log alone: the bits are the same for any number of
+//! A block is two tiles of eight runs of sixteen samples. The filter's own step goes through all of them side by side, each
+//! from a start at zero; where each of them ends then tells where the next one starts, and what that start adds to its
+//! samples is known beforehand. Blocks make chunks, and only the state between chunks is handed on, so that several workers
+//! can share a channel. Every number depends on its place in the log alone: the bits are the same for any number of
 //! workers and on every processor.
 
 use crate::arrays::Scalar;
 use crate::batch::{Block, Channel, Filter, LEAD, Steps, run};
-use crate::lanes::{Columns, Row, TILE, Tile, are_finite, columns_of_zeros, to_columns};
+use crate::lanes::{TILE, are_finite, columns_of_zeros};
 use crate::relay::Relay;
-use crate::runs::{self, BlockRuns, Pair, ends, replay};
+use crate::runs::{FromZero, Rowwise, Signal, TILES, TileRuns};
 use crate::shares::{split_columns, split_rows};
 use crate::simd::{Level, WIDTH};
 use compfilt_core::linear::{Motion, Runs};
@@ -20,10 +21,10 @@ use std::num::NonZeroUsize;
 use std::sync::{Mutex, PoisonError};
 
 /// Samples of a block.
-const BLOCK: usize = WIDTH * TILE;
+const BLOCK: usize = TILES * WIDTH * TILE;
 
 /// Blocks of a chunk: long enough that handing the state on costs nothing, short enough to stay in the cache.
-const BLOCKS: usize = 64;
+const BLOCKS: usize = 32;
 
 /// Samples of a chunk.
 const CHUNK: usize = BLOCKS * BLOCK;
@@ -32,7 +33,7 @@ const CHUNK: usize = BLOCKS * BLOCK;
 /// side by side are as fast and exact.
 pub(crate) fn pays<T>(block: &Block<'_, T>) -> bool {
     let (rows, channels) = block.measurement.dim();
-    matches!(block.steps, Steps::Uniform) && channels < 4 && rows >= 8 * BLOCK
+    matches!(block.steps, Steps::Uniform) && channels < 4 && rows >= 4 * BLOCK
 }
 
 /// Filters each channel for itself.
@@ -51,7 +52,7 @@ pub(crate) fn run_blocks<T, D, const N: usize>(
     let affine = Affine {
         level: Level::new(),
         gains,
-        over_chunk: runs.repeated(BLOCKS),
+        over_chunk: runs.repeated(BLOCKS * TILES),
         runs,
         is_plain: &|channel| channel.is_plain(filter),
         exactly: &|channel, block| {
@@ -67,7 +68,7 @@ pub(crate) fn run_blocks<T, D, const N: usize>(
 struct Affine<'a, T: Scalar, G, const N: usize> {
     level: Level,
     gains: &'a G,
-    runs: BlockRuns<T, N>,
+    runs: TileRuns<T, N>,
     over_chunk: Motion<T, N>,
     is_plain: &'a (dyn Fn(&Channel<T, N>) -> bool + Sync),
     /// Any case, in the order of a stream.
@@ -92,9 +93,9 @@ where
         if workers > 1 {
             self.share(channel, rest, workers);
         } else {
-            let mut tile = Tile::new();
+            let mut desk = Box::new((FromZero::new(), Rowwise::new()));
             while let Some(chunk) = take_chunk(&mut rest) {
-                self.alone(channel, chunk, &mut tile);
+                self.alone(channel, chunk, &mut desk);
             }
         }
         (self.exactly)(channel, tail);
@@ -108,12 +109,10 @@ where
             for _ in 0..workers {
                 scope.spawn(|| {
                     let _guard = relay.guard();
-                    let mut tile = Tile::new();
-                    let mut ends = Vec::with_capacity(BLOCKS);
+                    let mut desk = (vec![FromZero::new(); BLOCKS], Rowwise::new());
                     while let Some((number, chunk)) = next_chunk(&queue)
-                        && self.in_turn(number, chunk, &relay, &mut ends, &mut tile)
-                    {
-                    }
+                        && self.in_turn(number, chunk, &relay, &mut desk)
+                    {}
                 });
             }
         });
@@ -121,18 +120,32 @@ where
     }
 
     /// A chunk whose start is known: block by block, while it is in the nearest cache.
-    fn alone(&self, channel: &mut Channel<T, N>, mut chunk: Block<'_, T>, tile: &mut Tile<T, N>) {
+    fn alone(
+        &self,
+        channel: &mut Channel<T, N>,
+        mut chunk: Block<'_, T>,
+        (block, rowwise): &mut (FromZero<T, N>, Rowwise<T>),
+    ) {
         if !(self.is_plain)(channel) {
             return (self.exactly)(channel, chunk);
         }
         let signals = Signals::of(&chunk);
+        let all = wants_all(&chunk);
         let mut outputs = outputs(&mut chunk);
         let (mut levels, mut added) = (channel.state.levels.levels, [T::zero(); N]);
         let mut is_finite = true;
         for (number, pair) in signals.blocks().enumerate() {
-            let ends = ends(self.level, &self.runs, pair);
-            is_finite &= self.steps((&mut levels, &ends), pair, number, &mut outputs, tile);
-            self.runs.over_all(&mut added, &last(&ends));
+            let filter = (self.gains, &self.runs);
+            let mut start = levels;
+            let [level0, ..] = outputs.as_mut_slice() else { break };
+            is_finite &= to_rows(level0, number, |out| {
+                let levels = (&mut levels, all);
+                block.filter_and_finish(self.level, filter, pair, rowwise, levels, out)
+            });
+            if all {
+                is_finite &= self.finish(&mut start, block, 1, number, &mut outputs);
+            }
+            block.starts(&self.runs, &mut added);
             if !are_finite(&added) {
                 break;
             }
@@ -154,15 +167,14 @@ where
         number: usize,
         mut chunk: Block<'_, T>,
         relay: &Relay<Channel<T, N>>,
-        ends: &mut Vec<[Row<T>; N]>,
-        tile: &mut Tile<T, N>,
+        (blocks, rowwise): &mut (Vec<FromZero<T, N>>, Rowwise<T>),
     ) -> bool {
         let signals = Signals::of(&chunk);
+        let all = wants_all(&chunk);
         let mut added = [T::zero(); N];
-        ends.clear();
-        for pair in signals.blocks() {
-            ends.push(runs::ends(self.level, &self.runs, pair));
-            self.runs.over_all(&mut added, &last(&ends[ends.len() - 1]));
+        for (block, pair) in blocks.iter_mut().zip(signals.blocks()) {
+            block.filter(self.level, (self.gains, &self.runs), pair, rowwise, all);
+            block.starts(&self.runs, &mut added);
         }
         let Some(mut begin) = relay.take(number) else { return false };
         let is_plain = (self.is_plain)(&begin);
@@ -172,11 +184,11 @@ where
             return true;
         };
         relay.give(number + 1, next);
-        let mut outputs = outputs(&mut chunk);
         let mut levels = begin.state.levels.levels;
+        let mut outputs = outputs(&mut chunk);
         let mut is_finite = true;
-        for (number, (pair, ends)) in signals.blocks().zip(ends).enumerate() {
-            is_finite &= self.steps((&mut levels, ends), pair, number, &mut outputs, tile);
+        for (number, (block, _)) in blocks.iter().zip(signals.blocks()).enumerate() {
+            is_finite &= self.finish(&mut levels, block, 0, number, &mut outputs);
         }
         if !is_finite {
             (self.exactly)(&mut begin, chunk);
@@ -184,36 +196,22 @@ where
         true
     }
 
-    /// The filter's own steps through a block; `levels` goes from its start to its end. False if a level overflows.
-    fn steps(
+    /// Writes the levels from `first` on of a block that starts at `levels`, which go to its end. False if one overflows.
+    fn finish(
         &self,
-        (levels, ends): (&mut [T; N], &[Row<T>; N]),
-        pair: Pair<'_, T>,
+        levels: &mut [T; N],
+        block: &FromZero<T, N>,
+        first: usize,
         number: usize,
         outputs: &mut Outputs<'_, T, N>,
-        tile: &mut Tile<T, N>,
     ) -> bool {
-        let all = N > 1 && outputs[N - 1].is_some();
-        let known = (&*levels, ends);
-        let filter = (self.gains, &self.runs);
-        let rows = number * BLOCK..(number + 1) * BLOCK;
-        let [level0, others @ ..] = outputs.as_mut_slice() else { return true };
-        let whole = level0.as_mut().and_then(ArrayViewMut1::as_slice_mut);
-        let is_finite = if let Some([out]) = whole.map(|out| blocks_of_mut(&mut out[rows.clone()]))
-        {
-            replay(self.level, filter, known, pair, (tile, all), out)
-        } else {
-            let mut out = columns_of_zeros();
-            let is_finite = replay(self.level, filter, known, pair, (tile, all), &mut out);
-            write(level0, rows.clone(), out.as_flattened());
-            is_finite
-        };
-        for (output, levels) in others.iter_mut().zip(&tile.levels[1..]).filter(|_| all) {
-            let mut out = columns_of_zeros();
-            to_columns(self.level, levels, out.each_mut());
-            write(output, rows.clone(), out.as_flattened());
+        let starts = block.starts(&self.runs, levels);
+        let mut is_finite = true;
+        for (level, output) in outputs.iter_mut().enumerate().skip(first) {
+            is_finite &= to_rows(output, number, |out| {
+                block.finish(self.level, &self.runs, &starts, level, out)
+            });
         }
-        self.runs.over_all(levels, &last(ends));
         is_finite
     }
 
@@ -225,7 +223,8 @@ where
         chunk: &Block<'_, T>,
     ) -> Option<Channel<T, N>> {
         let rows = chunk.measurement.nrows();
-        let over = if rows == CHUNK { self.over_chunk } else { self.runs.repeated(rows / BLOCK) };
+        let over =
+            if rows == CHUNK { self.over_chunk } else { self.runs.repeated(rows / (WIDTH * TILE)) };
         let mut levels = channel.state.levels.levels;
         over.follow(&mut levels, added);
         let mut next = channel.clone();
@@ -267,22 +266,17 @@ impl<'a, T: Scalar> Signals<'a, T> {
         Self(piece(chunk.measurement), piece(chunk.derivative))
     }
 
-    fn blocks(&self) -> impl Iterator<Item = Pair<'_, T>> {
+    fn blocks(&self) -> impl Iterator<Item = (&Signal<T>, &Signal<T>)> {
         blocks_of(&self.0).iter().zip(blocks_of(&self.1))
     }
 }
 
-/// The state after the last run.
-fn last<T: Copy, const N: usize>(ends: &[Row<T>; N]) -> [T; N] {
-    std::array::from_fn(|level| ends[level].0[WIDTH - 1])
+fn blocks_of<T>(signal: &[T]) -> &[Signal<T>] {
+    signal.as_chunks().0.as_chunks().0.as_chunks().0
 }
 
-fn blocks_of<T>(signal: &[T]) -> &[Columns<T>] {
-    signal.as_chunks().0.as_chunks().0
-}
-
-fn blocks_of_mut<T>(signal: &mut [T]) -> &mut [Columns<T>] {
-    signal.as_chunks_mut().0.as_chunks_mut().0
+fn blocks_of_mut<T>(signal: &mut [T]) -> &mut [Signal<T>] {
+    signal.as_chunks_mut().0.as_chunks_mut().0.as_chunks_mut().0
 }
 
 /// Where the levels go, as far as they are wanted.
@@ -293,14 +287,27 @@ fn outputs<'a, T: Scalar, const N: usize>(chunk: &'a mut Block<'_, T>) -> Output
     std::array::from_fn(|_| levels.next().map(|level| level.index_axis_move(Axis(1), 0)))
 }
 
-/// Rows of an output at any stride.
-fn write<T: Scalar>(
+/// Whether more than level 0 is wanted.
+fn wants_all<T>(block: &Block<'_, T>) -> bool {
+    block.levels.len_of(Axis(0)) > 1
+}
+
+/// Lets the rows of a block be written, at any stride. What is not wanted is not written.
+fn to_rows<T: Scalar>(
     output: &mut Option<ArrayViewMut1<'_, T>>,
-    rows: std::ops::Range<usize>,
-    values: &[T],
-) {
-    let Some(output) = output else { return };
+    number: usize,
+    write: impl FnOnce(&mut Signal<T>) -> bool,
+) -> bool {
+    let Some(output) = output else { return true };
+    let rows = number * BLOCK..(number + 1) * BLOCK;
+    if let Some([out]) = output.as_slice_mut().map(|out| blocks_of_mut(&mut out[rows.clone()])) {
+        return write(out);
+    }
+    let mut out = [columns_of_zeros(); TILES];
+    let is_finite = write(&mut out);
+    let values = out.as_flattened().as_flattened();
     for (to, from) in output.slice_axis_mut(Axis(0), Slice::from(rows)).iter_mut().zip(values) {
         *to = *from;
     }
+    is_finite
 }

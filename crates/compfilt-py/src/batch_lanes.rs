@@ -1,9 +1,9 @@
 //! Channels side by side: eight at once, each through the same operations as alone.
 
 use crate::arrays::Scalar;
-use crate::batch::{Block, Channel, Filter, ROWS, Rows, Steps, follow, run, run_careful, turns};
+use crate::batch::{Block, Channel, Filter, Rows, Steps, follow, run, run_careful, turns};
 use crate::lanes::{Row, TILE, Tile, are_finite};
-use crate::layout::{PIECE, Source, Target, fetch};
+use crate::layout::{Source, Target, fetch, fetch_rows, turn_of};
 use crate::simd::{Level, WIDTH};
 use compfilt_core::{Discretise, Recurrence};
 use numpy::ndarray::{ArrayView2, ArrayViewMut3, Axis, Slice};
@@ -23,9 +23,8 @@ pub(crate) fn run_lanes<T: Scalar, D: Discretise<T, N>, const N: usize>(
     let mut row_gains = Vec::new();
     let is_plain = |channel: &Channel<T, N>| channel.is_plain(filter);
     let wait = channels.iter().any(|channel| !channel.state.started);
-    // Channels that lie in one piece each are read in long pieces.
-    let turn = if block.measurement.strides()[0] == 1 { PIECE } else { ROWS };
-    for (start, end) in turns(rows, turn, wait) {
+    for (start, end) in turns(rows, turn_of(block.measurement), wait) {
+        fetch_rows(&block, start..end);
         let (begin_gains, mut end_gains) = (gains, gains);
         let steady = gains_of_rows(filter, &mut end_gains, block.steps, start..end, &mut row_gains);
         for (group, eight) in channels.chunks_mut(WIDTH).enumerate() {

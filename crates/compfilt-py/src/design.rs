@@ -118,6 +118,8 @@ macro_rules! for_chain {
     };
 }
 
+pub(crate) use for_chain;
+
 /// A design's coefficients as an array, for what does not depend on the derivative order.
 macro_rules! for_order {
     ($design:expr, $k:ident => $body:expr) => {{
@@ -199,17 +201,23 @@ impl Design {
         for_order!(self, k => Ok(poles(&k).to_vec()))
     }
 
+    /// Matched poles are for chains.
+    pub(crate) fn check_rule(&self, rule: Rule) -> PyResult<()> {
+        if rule == Rule::Matched && (self.split != self.order || self.is_rate()) {
+            return Err(PyValueError::new_err(
+                "rule must be \"backward_euler\" for a split below the order and for the rate filter",
+            ));
+        }
+        Ok(())
+    }
+
     /// Makes the design in the scalar type `T` and hands it to `visitor`.
     pub(crate) fn with<T: Real, V: Visitor<T>>(
         &self,
         rule: Rule,
         visitor: V,
     ) -> PyResult<V::Output> {
-        if rule == Rule::Matched && (self.split != self.order || self.is_rate()) {
-            return Err(PyValueError::new_err(
-                "rule must be \"backward_euler\" for a split below the order and for the rate filter",
-            ));
-        }
+        self.check_rule(rule)?;
         if let Kind::Rate { tau } = self.kind {
             let design = RateFilter::new(T::literal(tau)).map_err(value_error)?;
             return Ok(visitor.visit(design));
@@ -304,7 +312,7 @@ fn butterworth<T: Real>(omega0: T, order: usize, q: T) -> Result<Vec<T>, Error> 
 }
 
 /// The slice as an array of the length that its caller has matched on.
-fn as_array<T: Real, const N: usize>(slice: &[T]) -> [T; N] {
+pub(crate) fn as_array<T: Real, const N: usize>(slice: &[T]) -> [T; N] {
     core::array::from_fn(|i| slice.get(i).copied().unwrap_or(T::NAN))
 }
 

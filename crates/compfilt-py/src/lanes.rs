@@ -95,41 +95,61 @@ pub(crate) fn to_columns<T: Scalar>(
     dispatch!(level, simd => turn_out(simd, rows, columns));
 }
 
+/// Both halves of each sequence are read before the next one: memory comes in order.
 #[inline(always)]
+#[allow(clippy::needless_range_loop)] // Several arrays go along with one index.
 pub(crate) fn turn_in<S: Simd, T: Scalar>(_: S, columns: [&[T; TILE]; WIDTH], rows: &mut Rows<T>) {
-    for start in [0, WIDTH] {
-        let mut square = [T::Wide::<S>::from_array([T::zero(); WIDTH]); WIDTH];
-        for (wide, column) in square.iter_mut().zip(columns) {
-            *wide = eight::<S, T>(column, start);
+    let mut halves = [[T::Wide::<S>::from_array([T::zero(); WIDTH]); WIDTH]; 2];
+    for column in 0..WIDTH {
+        for half in 0..2 {
+            halves[half][column] = eight::<S, T>(columns[column], half * WIDTH);
         }
-        let square = transposed::<S, T>(square);
-        for (wide, row) in square.iter().zip(&mut rows[start..start + WIDTH]) {
+    }
+    for half in 0..2 {
+        let square = transposed::<S, T>(halves[half]);
+        for (wide, row) in square.iter().zip(&mut rows[half * WIDTH..]) {
             row.0 = wide.to_array();
         }
     }
 }
 
 #[inline(always)]
-pub(crate) fn turn_out<S: Simd, T: Scalar>(
+fn turn_out<S: Simd, T: Scalar>(simd: S, rows: &Rows<T>, columns: [&mut [T; TILE]; WIDTH]) {
+    write(simd, [eight_rows(simd, rows, 0), eight_rows(simd, rows, WIDTH)], columns);
+}
+
+/// Eight rows of a tile from `start` on.
+#[inline(always)]
+pub(crate) fn eight_rows<S: Simd, T: Scalar>(
     _: S,
     rows: &Rows<T>,
-    mut columns: [&mut [T; TILE]; WIDTH],
+    start: usize,
+) -> [T::Wide<S>; WIDTH] {
+    let mut square = [T::Wide::<S>::from_array([T::zero(); WIDTH]); WIDTH];
+    for (wide, row) in square.iter_mut().zip(&rows[start..start + WIDTH]) {
+        *wide = T::Wide::<S>::from_array(row.0);
+    }
+    square
+}
+
+/// Writes both halves of a tile, sequence by sequence.
+#[inline(always)]
+pub(crate) fn write<S: Simd, T: Scalar>(
+    _: S,
+    halves: [[T::Wide<S>; WIDTH]; 2],
+    columns: [&mut [T; TILE]; WIDTH],
 ) {
-    for start in [0, WIDTH] {
-        let mut square = [T::Wide::<S>::from_array([T::zero(); WIDTH]); WIDTH];
-        for (wide, row) in square.iter_mut().zip(&rows[start..start + WIDTH]) {
-            *wide = T::Wide::<S>::from_array(row.0);
-        }
-        let square = transposed::<S, T>(square);
-        for (wide, column) in square.iter().zip(&mut columns) {
-            column[start..start + WIDTH].copy_from_slice(&wide.to_array());
+    let halves = [transposed::<S, T>(halves[0]), transposed::<S, T>(halves[1])];
+    for (column, to) in columns.into_iter().enumerate() {
+        for half in 0..2 {
+            to[half * WIDTH..][..WIDTH].copy_from_slice(&halves[half][column].to_array());
         }
     }
 }
 
 /// Eight numbers of a run from `start` on.
 #[inline(always)]
-pub(crate) fn eight<S: Simd, T: Scalar>(run: &[T; TILE], start: usize) -> T::Wide<S> {
+fn eight<S: Simd, T: Scalar>(run: &[T; TILE], start: usize) -> T::Wide<S> {
     let mut values = [T::zero(); WIDTH];
     values.copy_from_slice(&run[start..start + WIDTH]);
     T::Wide::<S>::from_array(values)

@@ -1,6 +1,7 @@
 //! Up to eight channels of an array at any strides, to and from tiles.
 
 use crate::arrays::Scalar;
+use crate::batch::{Block, ROWS};
 use crate::lanes::{Rows, TILE, columns_of_zeros, to_columns, to_rows};
 use crate::simd::{Level, WIDTH};
 use numpy::ndarray::{ArrayView2, ArrayViewMut2, Axis, Slice};
@@ -8,7 +9,7 @@ use std::ops::Range;
 
 /// Rows of a turn where channels lie in one piece each: memory hands out long pieces faster than short ones from many
 /// places, and the pieces of eight channels still fit into the second cache.
-pub(crate) const PIECE: usize = 2048;
+const PIECE: usize = 2048;
 
 /// Bytes that memory hands out at once.
 const LINE: usize = 64;
@@ -24,6 +25,36 @@ pub(crate) fn fetch<T: Scalar>(y: &Source<'_, T>, u: &Source<'_, T>, level0: &Ta
         let mut sum = T::zero();
         for ((y, u), out) in y.iter().zip(*u).zip(out.iter()).step_by(step) {
             sum += *y + *u + *out;
+        }
+        std::hint::black_box(sum);
+    }
+}
+
+/// Bytes of each array in a turn where the channels of a sample lie side by side: they fit into the second cache.
+const BAND: usize = 1 << 16;
+
+/// Rows of a turn.
+pub(crate) fn turn_of<T: Scalar>(view: ArrayView2<'_, T>) -> usize {
+    if view.strides()[0] == 1 {
+        return PIECE;
+    }
+    let row = view.ncols().max(1) * size_of::<T>();
+    (BAND / row / TILE * TILE).clamp(TILE, ROWS)
+}
+
+/// Looks at every line of some rows in the order of memory where they have more channels than run side by side: eight
+/// channels at a time would take one line here and one there.
+pub(crate) fn fetch_rows<T: Scalar>(block: &Block<'_, T>, rows: Range<usize>) {
+    if block.measurement.ncols() <= WIDTH {
+        return;
+    }
+    let rows = Slice::from(rows);
+    let level0 = block.levels.index_axis(Axis(0), 0);
+    for view in [block.measurement, block.derivative, level0] {
+        let mut sum = T::zero();
+        let view = view.slice_axis(Axis(0), rows);
+        for x in view.to_slice().unwrap_or_default().iter().step_by(LINE / size_of::<T>()) {
+            sum += *x;
         }
         std::hint::black_box(sum);
     }

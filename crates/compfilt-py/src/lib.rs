@@ -37,6 +37,7 @@ mod design;
 mod errors;
 mod estimate;
 mod first_order;
+mod gains;
 mod gravity_filter;
 mod gravity_offline;
 mod lanes;

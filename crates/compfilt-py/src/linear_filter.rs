@@ -420,6 +420,17 @@ impl LinearFilter {
         Ok((low.reshape(shape.clone())?.into_any(), high.reshape(shape)?.into_any()))
     }
 
+    /// The numbers of the gains at the sample rate ``fs`` as a chip runs them, float32: what `compfilt export` writes.
+    #[pyo3(signature = (fs, *, rule="backward_euler"))]
+    fn _gains<'py>(&self, py: Python<'py>, fs: f64, rule: &str) -> PyResult<Bound<'py, PyDict>> {
+        let rule = crate::options::rule(rule)?;
+        let parts = PyDict::new(py);
+        for (name, numbers) in self.design.parts_of_gains(fs, rule)? {
+            parts.set_item(name, PyArray1::from_vec(py, numbers))?;
+        }
+        Ok(parts)
+    }
+
     fn __hash__(&self) -> u64 {
         use std::hash::{DefaultHasher, Hash, Hasher};
         let mut hasher = DefaultHasher::new();

@@ -1,119 +1,258 @@
-//! Eight runs of one channel side by side: where each of them ends, then the filter's own step from where each starts.
+//! Eight runs of one channel side by side: the filter's own steps from a start at zero, then what each run's start adds.
 
 use crate::arrays::Scalar;
-use crate::lanes::{Columns, Row, TILE, Tile, are_finite, eight, steps, turn_in, turn_out};
+use crate::lanes::{Columns, Row, Rows, TILE, are_finite, eight_rows, turn_in, write, zeros};
 use crate::simd::{Level, Simd, WIDTH, Wide, dispatch};
 use compfilt_core::Recurrence;
-use compfilt_core::linear::Runs;
+use compfilt_core::linear::{Runs, State};
 
-/// The runs of a block.
-pub(crate) type BlockRuns<T, const N: usize> = Runs<T, N, TILE, WIDTH>;
+/// Tiles of a block. The processor steps through one while it waits for the other.
+pub(crate) const TILES: usize = 2;
 
-/// Both signals of a block: eight runs after the other are the columns of a tile as they lie.
-pub(crate) type Pair<'a, T> = (&'a Columns<T>, &'a Columns<T>);
+/// The runs of a tile.
+pub(crate) type TileRuns<T, const N: usize> = Runs<T, N, TILE, WIDTH>;
 
-/// The state after each run, from a start of the block at zero.
-pub(crate) fn ends<T: Scalar, const N: usize>(
-    level: Level,
-    runs: &BlockRuns<T, N>,
-    pair: Pair<'_, T>,
-) -> [Row<T>; N] {
-    let mut ends = [Row([T::zero(); WIDTH]); N];
-    dispatch!(level, simd => products(simd, runs, pair, &mut ends));
-    // Each run takes what the runs before it have left.
-    let mut end = [T::zero(); N];
-    for lane in 0..WIDTH {
-        runs.over_one(&mut end, &std::array::from_fn(|level| ends[level].0[lane]));
-        for (row, x) in ends.iter_mut().zip(&end) {
-            row.0[lane] = *x;
-        }
-    }
-    ends
+/// One signal of a block: the runs, as they lie one after the other, are the columns of its tiles.
+pub(crate) type Signal<T> = [Columns<T>; TILES];
+
+/// Both signals of a block, row by row: kept from block to block, because clearing them takes time.
+pub(crate) struct Rowwise<T> {
+    measurement: [Rows<T>; TILES],
+    derivative: [Rows<T>; TILES],
 }
 
-/// The state after each run from its own start at zero: weights times samples.
+impl<T: Scalar> Rowwise<T> {
+    pub(crate) fn new() -> Self {
+        Self { measurement: [zeros(); TILES], derivative: [zeros(); TILES] }
+    }
+}
+
+/// A block from a start at zero.
+#[derive(Clone)]
+pub(crate) struct FromZero<T, const N: usize> {
+    /// The levels of every sample, each run from its own start at zero.
+    levels: [[Rows<T>; TILES]; N],
+    /// The state after each run, from a start of the tile at zero.
+    ends: [[Row<T>; N]; TILES],
+}
+
+impl<T: Scalar, const N: usize> FromZero<T, N> {
+    pub(crate) fn new() -> Self {
+        let row = Row([T::zero(); WIDTH]);
+        Self { levels: [[zeros(); TILES]; N], ends: [[row; N]; TILES] }
+    }
+
+    /// The state before each tile; `levels` goes from the start of the block to its end.
+    #[inline(always)]
+    pub(crate) fn starts(&self, runs: &TileRuns<T, N>, levels: &mut [T; N]) -> [[T; N]; TILES] {
+        let mut starts = [*levels; TILES];
+        for (start, ends) in starts.iter_mut().zip(&self.ends) {
+            *start = *levels;
+            runs.over_all(levels, &ends.map(|row| row.0[WIDTH - 1]));
+        }
+        starts
+    }
+
+    /// Steps through a block. Level 0 is kept, the others if `all` are wanted.
+    pub(crate) fn filter<G: Recurrence<T, N>>(
+        &mut self,
+        level: Level,
+        filter: (&G, &TileRuns<T, N>),
+        signals: (&Signal<T>, &Signal<T>),
+        rowwise: &mut Rowwise<T>,
+        all: bool,
+    ) {
+        dispatch!(level, simd => from_zero(simd, filter, signals, rowwise, self, all));
+    }
+
+    /// A level of a block whose tiles start at `starts`. False if it overflows.
+    pub(crate) fn finish(
+        &self,
+        level: Level,
+        runs: &TileRuns<T, N>,
+        starts: &[[T; N]; TILES],
+        number: usize,
+        out: &mut Signal<T>,
+    ) -> bool {
+        dispatch!(level, simd => finish(simd, self, runs, starts, number, out))
+    }
+
+    /// Both at once for level 0: the processor begins with the second while the first ends.
+    pub(crate) fn filter_and_finish<G: Recurrence<T, N>>(
+        &mut self,
+        level: Level,
+        filter: (&G, &TileRuns<T, N>),
+        signals: (&Signal<T>, &Signal<T>),
+        rowwise: &mut Rowwise<T>,
+        (levels, all): (&mut [T; N], bool),
+        out: &mut Signal<T>,
+    ) -> bool {
+        dispatch!(level, simd => {
+            from_zero(simd, filter, signals, rowwise, self, all);
+            let starts = self.starts(filter.1, levels);
+            finish(simd, self, filter.1, &starts, 0, out)
+        })
+    }
+}
+
+#[inline(always)]
+fn from_zero<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
+    simd: S,
+    (gains, runs): (&G, &TileRuns<T, N>),
+    (measurement, derivative): (&Signal<T>, &Signal<T>),
+    rowwise: &mut Rowwise<T>,
+    to: &mut FromZero<T, N>,
+    all: bool,
+) {
+    for tile in 0..TILES {
+        turn_in(simd, measurement[tile].each_ref(), &mut rowwise.measurement[tile]);
+        turn_in(simd, derivative[tile].each_ref(), &mut rowwise.derivative[tile]);
+    }
+    steps(simd, gains, rowwise, to, all);
+    for ends in &mut to.ends {
+        chain(simd, runs, ends);
+    }
+}
+
 #[inline(always)]
 #[allow(clippy::needless_range_loop)] // Several arrays go along with one index.
-fn products<S: Simd, T: Scalar, const N: usize>(
+fn finish<S: Simd, T: Scalar, const N: usize>(
+    simd: S,
+    block: &FromZero<T, N>,
+    runs: &TileRuns<T, N>,
+    starts: &[[T; N]; TILES],
+    number: usize,
+    out: &mut Signal<T>,
+) -> bool {
+    let weights = &runs.from_start()[number];
+    let mut sums = [Row([T::zero(); WIDTH]); TILES];
+    for tile in 0..TILES {
+        let starts = run_starts(simd, runs, &starts[tile], &block.ends[tile]);
+        sums[tile] =
+            finish_tile(simd, weights, &starts, &block.levels[number][tile], &mut out[tile]);
+    }
+    sums.iter().all(|sums| are_finite(&sums.0))
+}
+
+/// The filter's own steps through both tiles by turns, from zero.
+#[inline(always)]
+#[allow(clippy::needless_range_loop)] // Several arrays go along with one index.
+fn steps<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
     _: S,
-    runs: &BlockRuns<T, N>,
-    (measurement, derivative): Pair<'_, T>,
-    ends: &mut [Row<T>; N],
+    gains: &G,
+    rowwise: &Rowwise<T>,
+    to: &mut FromZero<T, N>,
+    all: bool,
 ) {
-    let mut parts = [[T::Wide::<S>::from_array([T::zero(); WIDTH]); WIDTH]; N];
-    for lane in 0..WIDTH {
-        for start in [0, WIDTH] {
-            let y = eight::<S, T>(&measurement[lane], start);
-            let u = eight::<S, T>(&derivative[lane], start);
-            for (level, parts) in parts.iter_mut().enumerate() {
-                let from_y = eight::<S, T>(&runs.from_measurement()[level], start) * y;
-                let from_u = eight::<S, T>(&runs.from_input()[level], start) * u;
-                parts[lane] += from_y + from_u;
+    let zero = T::Wide::<S>::from_array([T::zero(); WIDTH]);
+    let mut states = [State { levels: [zero; N] }; TILES];
+    for row in 0..TILE {
+        for tile in 0..TILES {
+            let y = T::Wide::<S>::from_array(rowwise.measurement[tile][row].0);
+            let u = T::Wide::<S>::from_array(rowwise.derivative[tile][row].0);
+            let state = &mut states[tile];
+            gains.step(state, y, u);
+            to.levels[0][tile][row] = Row(state.levels[0].to_array());
+            if all {
+                for level in 1..N {
+                    to.levels[level][tile][row] = Row(state.levels[level].to_array());
+                }
             }
         }
     }
-    for level in 0..N {
-        ends[level] = Row(sums::<S, T>(parts[level]).to_array());
+    for tile in 0..TILES {
+        for level in 0..N {
+            to.ends[tile][level] = Row(states[tile].levels[level].to_array());
+        }
     }
+}
+
+/// Each run takes what the runs before it have left: those one, two, then four before.
+#[inline(always)]
+#[allow(clippy::needless_range_loop)] // Several arrays go along with one index.
+fn chain<S: Simd, T: Scalar, const N: usize>(
+    simd: S,
+    runs: &TileRuns<T, N>,
+    ends: &mut [Row<T>; N],
+) {
+    let mut x = [T::Wide::<S>::from_array([T::zero(); WIDTH]); N];
+    for level in 0..N {
+        x[level] = T::Wide::<S>::from_array(ends[level].0);
+    }
+    x = take_over::<S, T, N, 1, 7>(simd, runs, x);
+    x = take_over::<S, T, N, 2, 6>(simd, runs, x);
+    x = take_over::<S, T, N, 4, 4>(simd, runs, x);
+    for level in 0..N {
+        ends[level] = Row(x[level].to_array());
+    }
+}
+
+/// Adds what the run that is `BEFORE` runs earlier has left; `SHIFT` is the rest of the lanes.
+#[inline(always)]
+#[allow(clippy::needless_range_loop)] // Several arrays go along with one index.
+fn take_over<S: Simd, T: Scalar, const N: usize, const BEFORE: usize, const SHIFT: usize>(
+    _: S,
+    runs: &TileRuns<T, N>,
+    x: [T::Wide<S>; N],
+) -> [T::Wide<S>; N] {
+    let mut sums = x;
+    for column in 0..N {
+        let before = after_zeros::<S, T, SHIFT>(x[column]);
+        for row in 0..N {
+            sums[row] += before * runs.powers()[row][column][BEFORE];
+        }
+    }
+    sums
+}
+
+/// The state before each run of a tile that starts at `start`.
+#[inline(always)]
+#[allow(clippy::needless_range_loop)] // Several arrays go along with one index.
+fn run_starts<S: Simd, T: Scalar, const N: usize>(
+    _: S,
+    runs: &TileRuns<T, N>,
+    start: &[T; N],
+    ends: &[Row<T>; N],
+) -> [T::Wide<S>; N] {
+    let mut starts = [T::Wide::<S>::from_array([T::zero(); WIDTH]); N];
+    for row in 0..N {
+        let mut x = after_zeros::<S, T, 7>(T::Wide::<S>::from_array(ends[row].0));
+        for column in 0..N {
+            x += T::Wide::<S>::from_array(runs.powers()[row][column]) * start[column];
+        }
+        starts[row] = x;
+    }
+    starts
+}
+
+/// Adds what the starts of the runs give to every sample, and lays the runs one after the other. Returns sums that are
+/// finite only if all samples are.
+#[inline(always)]
+#[allow(clippy::needless_range_loop)] // Several arrays go along with one index.
+fn finish_tile<S: Simd, T: Scalar, const N: usize>(
+    simd: S,
+    weights: &[[T; N]; TILE],
+    starts: &[T::Wide<S>; N],
+    rows: &Rows<T>,
+    out: &mut Columns<T>,
+) -> Row<T> {
+    let mut sums = [T::Wide::<S>::from_array([T::zero(); WIDTH]); 2];
+    let mut halves = [eight_rows(simd, rows, 0), eight_rows(simd, rows, WIDTH)];
+    for half in 0..2 {
+        for row in 0..WIDTH {
+            let x = &mut halves[half][row];
+            for column in 0..N {
+                *x += starts[column] * weights[half * WIDTH + row][column];
+            }
+            sums[half] += *x;
+        }
+    }
+    write(simd, halves, out.each_mut());
+    Row((sums[0] + sums[1]).to_array())
 }
 
 /// Zeros from `SHIFT` on, then the first numbers of `x`.
 #[inline(always)]
 fn after_zeros<S: Simd, T: Scalar, const SHIFT: usize>(x: T::Wide<S>) -> T::Wide<S> {
     T::Wide::<S>::from_array([T::zero(); WIDTH]).slide::<SHIFT>(x)
-}
-
-/// Filters a block that starts at `levels` and whose runs end at `ends` from zero. Level 0 goes to `out`; the tile keeps it
-/// and, if `all` are wanted, the other levels. False if a level overflows.
-pub(crate) fn replay<T: Scalar, G: Recurrence<T, N>, const N: usize>(
-    level: Level,
-    (gains, runs): (&G, &BlockRuns<T, N>),
-    (levels, ends): (&[T; N], &[Row<T>; N]),
-    pair: Pair<'_, T>,
-    (tile, all): (&mut Tile<T, N>, bool),
-    out: &mut Columns<T>,
-) -> bool {
-    // One call for all of it: the pieces are short, and each call waits a little for the one before.
-    let mut lanes = [Row([T::zero(); WIDTH]); N];
-    dispatch!(level, simd => {
-        starts(simd, runs, levels, ends, &mut lanes);
-        turn_in(simd, pair.0.each_ref(), &mut tile.measurement);
-        turn_in(simd, pair.1.each_ref(), &mut tile.derivative);
-        steps(simd, tile, std::slice::from_ref(gains), &mut lanes, TILE, all);
-        turn_out(simd, &tile.levels[0], out.each_mut());
-    });
-    lanes.iter().all(|row| are_finite(&row.0))
-}
-
-/// The state before each run.
-#[inline(always)]
-#[allow(clippy::needless_range_loop)] // Several arrays go along with one index.
-fn starts<S: Simd, T: Scalar, const N: usize>(
-    _: S,
-    runs: &BlockRuns<T, N>,
-    levels: &[T; N],
-    ends: &[Row<T>; N],
-    lanes: &mut [Row<T>; N],
-) {
-    for row in 0..N {
-        let mut x = after_zeros::<S, T, 7>(T::Wide::<S>::from_array(ends[row].0));
-        for (powers, level) in runs.powers()[row].iter().zip(levels) {
-            x += T::Wide::<S>::from_array(*powers) * *level;
-        }
-        lanes[row] = Row(x.to_array());
-    }
-}
-
-/// The eight sums of eight vectors, in an order that does not depend on the processor.
-#[inline(always)]
-fn sums<S: Simd, T: Scalar>(x: [T::Wide<S>; WIDTH]) -> T::Wide<S> {
-    let even = folded::<S, T>(folded::<S, T>(x[0], x[4]), folded::<S, T>(x[2], x[6]));
-    let odd = folded::<S, T>(folded::<S, T>(x[1], x[5]), folded::<S, T>(x[3], x[7]));
-    folded::<S, T>(even, odd)
-}
-
-/// The first half of both plus the second half, the two by turns.
-#[inline(always)]
-fn folded<S: Simd, T: Scalar>(a: T::Wide<S>, b: T::Wide<S>) -> T::Wide<S> {
-    a.zip_low(b) + a.zip_high(b)
 }

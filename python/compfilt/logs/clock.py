@@ -5,13 +5,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+import pyarrow as pa
 
+from compfilt.logs.errors import LogError, quoted
 from compfilt.logs.faults import Faults
 from compfilt.logs.policy import Gap, Policy
+from compfilt.logs.readers.base import is_time
+from compfilt.logs.signals import to_numpy
 from compfilt.logs.steps import Steps
-from compfilt.logs.units import Unit
+from compfilt.logs.units import TIME, Unit, UnitError, parse_unit
 
-__all__ = ["LISTED_GAPS", "FoundGap", "Timeline", "Timing"]
+__all__ = ["LISTED_GAPS", "FoundGap", "Timeline", "Timing", "time_unit"]
 
 LISTED_GAPS = 1000
 """How many gaps are listed one by one; beyond that they are only counted."""
@@ -79,7 +83,7 @@ class Timeline:
     column
         The column's name, for messages.
     unit
-        The column's unit.
+        The column's unit; nothing if the log tells it.
     policy
         What to do about odd times.
 
@@ -95,7 +99,7 @@ class Timeline:
         The time steps within the log, gaps and ways back left out.
     """
 
-    def __init__(self, column: str, unit: Unit, policy: Policy) -> None:
+    def __init__(self, column: str, unit: Unit | None, policy: Policy) -> None:
         self.column = column
         self._unit = unit
         self._policy = policy
@@ -113,6 +117,20 @@ class Timeline:
         """What the seconds of whole numbers are counted from, in the column's unit."""
         return self._origin or 0
 
+    def take(self, batch: pa.RecordBatch) -> Times:
+        """Take the times out of a batch, in seconds.
+
+        Raises
+        ------
+        LogError
+            The unit is not known or not the one of the log.
+        """
+        values = batch.column(self.column)
+        self._unit = time_unit(batch.schema.field(self.column), self._unit)
+        if is_time(values.type):
+            values = values.cast(pa.int64())
+        return self.seconds(to_numpy(values))
+
     def seconds(self, ticks: npt.NDArray[np.generic]) -> Times:
         """Convert one batch, (n,) whole numbers or floats in the column's unit, to seconds."""
         if np.issubdtype(ticks.dtype, np.integer):
@@ -123,7 +141,7 @@ class Timeline:
             if np.issubdtype(ticks.dtype, np.unsignedinteger):
                 # A time before the first one wraps around; its difference, read with a sign, does not.
                 ticks = ticks.view(np.dtype(f"i{ticks.dtype.itemsize}"))
-        return ticks.astype(np.float64) * self._unit.factor
+        return ticks.astype(np.float64) * (1.0 if self._unit is None else self._unit.factor)
 
     def judge(self, seconds: Times, first_row: int) -> Timing:
         """Find what is odd about the times of the next batch.
@@ -228,3 +246,41 @@ class Timeline:
         self.listed = [FoundGap(*gap) for gap in value["listed"]]
         self.first, self.last = value["first"], value["last"]
         self.steps.state = value["steps"]
+
+
+def time_unit(field: Any, chosen: Unit | None) -> Unit:  # noqa: ANN401 - a field of any type
+    """Return the unit of a time column: what the log tells about it, or else what the recipe says.
+
+    Arrow's points in time and spans of time have a unit; the metadata of another column may name one.
+
+    Parameters
+    ----------
+    field
+        The column's name, type and metadata.
+    chosen
+        What the recipe says.
+
+    Raises
+    ------
+    LogError
+        The recipe says another unit than the log, or neither tells one.
+    """
+    told = _told_unit(field)
+    if told is None and chosen is None:
+        raise LogError(
+            f"column {quoted(field.name)} does not tell its unit: the recipe needs one, as in "
+            f'time = {{ column = "t", unit = "s" }}'
+        )
+    if told is not None and chosen is not None and told.factor != chosen.factor:
+        raise LogError(f"column {quoted(field.name)} is in {told.name}, but the recipe says {chosen.name}")
+    return chosen or told  # type: ignore[return-value]
+
+
+def _told_unit(field: Any) -> Unit | None:  # noqa: ANN401
+    if is_time(field.type):
+        return parse_unit(field.type.unit, TIME)
+    name = (field.metadata or {}).get(b"unit", b"")
+    try:
+        return parse_unit(name.decode(), TIME)
+    except (UnitError, UnicodeDecodeError):
+        return None

@@ -1,6 +1,9 @@
 """The ways in which work on logs fails, each with a message of one line."""
 
-__all__ = ["LogError", "RecipeError", "TruncatedLog", "UsageError"]
+__all__ = ["LogError", "RecipeError", "TruncatedLog", "UsageError", "quoted"]
+
+LONGEST_NAME = 100
+"""How much of a name or a value a message shows: a damaged file may have one of a megabyte."""
 
 
 class UsageError(Exception):
@@ -12,10 +15,16 @@ class RecipeError(UsageError):
 
 
 class LogError(Exception):
-    """One log cannot be filtered; the message names the row or the column, not the file."""
+    """One log cannot be filtered; the message names the row or the column, not the file.
+
+    Whatever stands in a log may get into the message: line breaks and control characters are escaped in it.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(_printable(message))
 
 
-class TruncatedLog(LogError):  # noqa: N818 - what the log is, not what went wrong in the program
+class TruncatedLog(LogError):  # noqa: N818 - it says what the log is
     """A log can be read up to some row only; what comes before that row was read.
 
     Attributes
@@ -31,3 +40,15 @@ class TruncatedLog(LogError):  # noqa: N818 - what the log is, not what went wro
 
     def __reduce__(self) -> tuple[type["TruncatedLog"], tuple[int, str]]:
         return TruncatedLog, (self.rows, self._why)
+
+
+def quoted(name: str) -> str:
+    """Put a name or a value that stands in a log into quotes, for a message."""
+    shown = name if len(name) <= LONGEST_NAME else name[:LONGEST_NAME] + "..."
+    return '"' + _printable(shown.replace("\\", "\\\\").replace('"', '\\"')) + '"'
+
+
+def _printable(text: str) -> str:
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)

@@ -13,7 +13,7 @@ from compfilt.logs.identity import describe
 from compfilt.logs.overlap import ahead, behind
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.quality import make_report, read_report, write_report
-from compfilt.logs.readers import Columns, LogReader, open_log
+from compfilt.logs.readers import LogReader, open_log
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.writers import LogWriter, check_ending
 
@@ -160,7 +160,7 @@ def _found(recipe: Recipe, job: Job, *, resume: bool) -> Outcome:
     if not resume:
         return Outcome(job, "failed", f"{job.out}: is already there; --force replaces it")
     report = read_report(job.out)
-    with open_log(job.log, _columns(recipe)):
+    with open_log(job.log, recipe.columns):
         same = report is not None and report.get("made_from") == describe(recipe, job.log)
     if report is None or not same:
         why = "is there, but not made by this release from this log with this recipe; --force replaces it"
@@ -189,9 +189,9 @@ def run_log(
     recipe
         What to read, filter and write.
     log
-        A CSV or Parquet file.
+        A log of any format that can be read.
     out
-        The result, CSV or Parquet by its ending. It is replaced if it is there, and only once it is complete. The report
+        The result, CSV, Parquet or Arrow by its ending. It is replaced if it is there, and only once it is complete. The report
         has its name with ".quality.json" behind it.
     resume
         Go on with what a run that was stopped has left. The result has the bytes of a run that was not.
@@ -219,7 +219,7 @@ def run_log(
     """
     log, out = Path(log), Path(out)
     check_ending(out)
-    with open_log(log, _columns(recipe), batch_bytes=batch_bytes, batch_rows=batch_rows) as reader:
+    with open_log(log, recipe.columns, batch_bytes=batch_bytes, batch_rows=batch_rows) as reader:
         pipeline = Pipeline(recipe, reader.schema)
         identity = describe(recipe, log)
         # A log that was touched may have changed behind its beginning.
@@ -237,12 +237,6 @@ def run_log(
             write_report(report, out)
     counts = pipeline.counts
     return Summary(pipeline.rows, pipeline.gaps, counts, report["faults"], truncated, note, report)
-
-
-def _columns(recipe: Recipe) -> Columns:
-    """Return what is read of a log."""
-    time_column = () if recipe.clock.column is None else (recipe.clock.column,)
-    return Columns(recipe.signal_columns, time_column, recipe.output.keep)
 
 
 def _taken_up(pipeline: Pipeline, draft: Draft, schema: pa.Schema) -> Pipeline:

@@ -18,7 +18,6 @@ import compfilt
 from compfilt.logs.affine import AffineMap
 from compfilt.logs.kinds.linear import Linear
 from compfilt.logs.pipeline import Pipeline, start_stream
-from compfilt.logs.readers import Columns
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.rows import RowReader, open_rows
 from compfilt.logs.seams import Seam, find_seam
@@ -192,7 +191,7 @@ class PartitionedLog:
 
         The cut depends on the log alone. Where there is no seam the part before goes on.
         """
-        with open_rows(self.path, columns_of(self.recipe)) as reader:
+        with open_rows(self.path, self.recipe.columns) as reader:
             seams = [Seam(0, None)]
             for row, limit in _places(reader.starts, rows):
                 seam = find_seam(self.recipe, reader.read(row, limit, SEAM_ROWS), row)
@@ -209,7 +208,7 @@ class PartitionedLog:
         """
         stop, rows = part.stop, TAIL_ROWS
         whole: AffineMap | None = None
-        with open_rows(self.path, columns_of(self.recipe, keep=False)) as reader:
+        with open_rows(self.path, self.recipe.columns._replace(keep=())) as reader:
             while stop > part.seam.row and not (whole and whole.forgets):
                 row = stop - rows
                 seam: Seam | None = part.seam
@@ -249,7 +248,7 @@ class PartitionedLog:
         LogError
             As :meth:`Pipeline.process`, and where the file is damaged.
         """
-        with open_rows(self.path, columns_of(self.recipe)) as reader:
+        with open_rows(self.path, self.recipe.columns) as reader:
             for batch in reader.read(part.seam.row, part.stop, BATCH_ROWS):
                 yield pipeline.process(batch)
 
@@ -263,18 +262,12 @@ def open_in_parts(recipe: Recipe, path: str | Path) -> PartitionedLog:
         It cannot be read, or its rows can only be read in order.
     """
     path = Path(path)
-    with open_rows(path, columns_of(recipe)) as reader:
+    with open_rows(path, recipe.columns) as reader:
         # A pipeline that has seen one row knows.
         pipeline = PartPipeline(PartitionedLog(recipe, path, reader.schema, None), Seam(0, None))
         _exhaust(pipeline, reader.read(0, 1, 1))
         timeline = pipeline.state["timeline"]
         return PartitionedLog(recipe, path, reader.schema, timeline and timeline["origin"])
-
-
-def columns_of(recipe: Recipe, *, keep: bool = True) -> Columns:
-    """List the columns to read, with or without those that are carried along."""
-    time = () if recipe.clock.column is None else (recipe.clock.column,)
-    return Columns(recipe.signal_columns, time, recipe.output.keep if keep else ())
 
 
 def _exhaust(pipeline: Pipeline, batches: Iterator[pa.RecordBatch]) -> None:

@@ -9,13 +9,14 @@ import numpy.typing as npt
 import pyarrow as pa
 
 import compfilt
-from compfilt.logs.clock import Timeline, Timing
+from compfilt.logs.clock import Timeline, Timing, time_unit
 from compfilt.logs.errors import LogError, RecipeError
 from compfilt.logs.faults import FAULTS, Faults
 from compfilt.logs.judge import Judge
 from compfilt.logs.outputs import Channel, choose
+from compfilt.logs.readers.base import check_kinds, check_present
 from compfilt.logs.recipe import Recipe
-from compfilt.logs.signals import from_numpy, to_numpy
+from compfilt.logs.signals import from_numpy
 
 __all__ = ["Pipeline", "start_stream"]
 
@@ -80,8 +81,10 @@ class Pipeline:
         self._dtype = _dtype(recipe, schema)
         self._stream = start_stream(recipe, self._dtype)
         self.timeline = None
-        if recipe.clock.column is not None and recipe.clock.unit is not None:
+        if recipe.clock.column is not None:
             self.timeline = Timeline(recipe.clock.column, recipe.clock.unit, recipe.policy)
+            if schema is not None:
+                time_unit(schema.field(recipe.clock.column), recipe.clock.unit)
         self.judges = [
             Judge(signal, recipe.policy.of(signal.name), self._dtype) for signal in recipe.filter.signals
         ]
@@ -112,9 +115,10 @@ class Pipeline:
     def _kept(self, field: Any) -> Any:  # noqa: ANN401 - a field of any type
         """Return the field of a column that is carried along: as it is, but the recipe knows the unit of the time."""
         clock = self.recipe.clock
-        if clock.unit is None or field.name != clock.column:
+        if field.name != clock.column:
             return field
-        return field.with_metadata({**(field.metadata or {}), "unit": clock.unit.name})
+        unit = time_unit(field, clock.unit)
+        return field.with_metadata({**(field.metadata or {}), "unit": unit.name})
 
     def process(self, batch: pa.RecordBatch) -> pa.RecordBatch:
         """Filter the next rows of the log.
@@ -128,12 +132,60 @@ class Pipeline:
         first_row = self.rows + 1
         timing = None
         if self.timeline is not None:
-            ticks = to_numpy(batch.column(self.timeline.column))
-            timing = self.timeline.judge(self.timeline.seconds(ticks), first_row)
+            timing = self.timeline.judge(self.timeline.take(batch), first_row)
         judged = self._judge(batch, timing, first_row)
         estimates = self._filter(judged, None if timing is None else timing.seconds, batch.num_rows)
         self.rows += batch.num_rows
         return self._collect(batch, estimates, judged.faults)
+
+    def filter(self, table: Any) -> pa.Table:  # noqa: ANN401 - whatever exports itself to Arrow
+        """Filter the next rows of the log, from whatever holds them.
+
+        Parameters
+        ----------
+        table
+            An Arrow table, batch or reader, a DataFrame of pandas (from 2.2) or polars, or anything else that offers
+            itself to Arrow (``__arrow_c_stream__`` or ``__arrow_c_array__``). Its columns are not copied first. Only
+            those of the recipe are looked at.
+
+        Returns
+        -------
+        pyarrow.Table
+            One row for each of the input, with the columns of :meth:`schema`.
+
+        Raises
+        ------
+        TypeError
+            It does not offer itself to Arrow.
+        LogError
+            A column is not there or holds no numbers; or as :meth:`process`.
+
+        Examples
+        --------
+        >>> import pyarrow as pa
+        >>> from compfilt.logs import Pipeline, parse_recipe
+        >>> recipe = parse_recipe('''
+        ... version = 1
+        ... [log]
+        ... rate = 10.0
+        ... measurement = { column = "angle", unit = "deg" }
+        ... derivative = { column = "speed", unit = "deg/s" }
+        ... [filter]
+        ... kind = "pi"
+        ... kp = 2.0
+        ... ki = 1.0
+        ... [output]
+        ... columns = ["estimate"]
+        ... ''')
+        >>> log = pa.table({"angle": [0.0, 0.5, 1.0], "speed": [5.0, 5.0, 5.0]})
+        >>> Pipeline(recipe, log.schema).filter(log).column("estimate").to_numpy().round(3)
+        array([0.413, 0.838, 1.273])
+        """
+        reader = _arrow_reader(table)
+        check_present(reader.schema.names, self.recipe.columns.all)
+        check_kinds(reader.schema, self.recipe.columns)
+        batches = [self.process(batch) for batch in reader]
+        return pa.Table.from_batches(batches, self.schema(reader.schema))
 
     def _judge(self, batch: pa.RecordBatch, timing: Timing | None, first_row: int) -> _Judged:
         """Take every signal out of a batch, in SI, with what is bad about it dealt with."""
@@ -234,6 +286,18 @@ class Pipeline:
             judge.state = state
         if value["stream"] is not None:
             self._stream.state = compfilt.State(*value["stream"])
+
+
+def _arrow_reader(table: Any) -> Any:  # noqa: ANN401 - anything in, a reader of Arrow out
+    """Return what gives the batches of a table of any library."""
+    if hasattr(table, "__arrow_c_stream__"):
+        return pa.RecordBatchReader.from_stream(table)
+    if hasattr(table, "__arrow_c_array__"):
+        batch = pa.record_batch(table)
+        return pa.RecordBatchReader.from_batches(batch.schema, [batch])
+    raise TypeError(
+        f"table must be one of Arrow, or offer itself to it, which {type(table).__name__} does not"
+    )
 
 
 def _dtype(recipe: Recipe, schema: pa.Schema | None) -> type[np.floating]:

@@ -11,6 +11,7 @@ from compfilt.logs.errors import RecipeError
 from compfilt.logs.kinds import KINDS, Filter
 from compfilt.logs.outputs import Output
 from compfilt.logs.policy import Gap, Policy, parse_policy
+from compfilt.logs.readers.base import Columns
 from compfilt.logs.table import Table
 from compfilt.logs.units import ACCELERATION, TIME, Unit, parse_unit
 
@@ -27,7 +28,10 @@ VERSION = 1
 
 @dataclass(frozen=True)
 class Clock:
-    """Where the time of a sample comes from: a column, or a constant rate in Hz."""
+    """Where the time of a sample comes from: a column, or a constant rate in Hz.
+
+    Without a unit, the column must tell it.
+    """
 
     column: str | None
     unit: Unit | None
@@ -54,6 +58,13 @@ class Recipe:
     policy: Policy
     output: Output
     digest: str
+    separator: str | None = None
+
+    @property
+    def columns(self) -> Columns:
+        """What is read of a log."""
+        time = () if self.clock.column is None else (self.clock.column,)
+        return Columns(self.signal_columns, time, self.output.keep, self.separator)
 
     @property
     def signal_columns(self) -> tuple[str, ...]:
@@ -125,6 +136,7 @@ def parse_recipe(text: str, source: str = "recipe") -> Recipe:
         ),
         _output(output_table, filter_),
         _digest(values),
+        _separator(log_table),
     )
     for table in (log_table, filter_table, policy_table, output_table):
         table.close()
@@ -148,9 +160,20 @@ def _clock(log: Table, *, needed: bool) -> Clock:
             log.fail(f"must be positive, not {rate:g}", "rate")
         return Clock(None, None, rate)
     time = log.table("time")
-    clock = Clock(time.text("column"), time.unit("unit", TIME), None)
+    column = time.text("column")
+    clock = Clock(column, time.unit("unit", TIME) if "unit" in time else None, None)
     time.close()
     return clock
+
+
+def _separator(log: Table) -> str | None:
+    """Read what stands between the fields of a text log, where the file's ending does not tell it."""
+    if "separator" not in log:
+        return None
+    separator = log.text("separator")
+    if len(separator) != 1 or not separator.isascii() or separator in '\r\n"':
+        log.fail('must be one character, such as ";" or "\\t"', "separator")
+    return separator
 
 
 def _output(output: Table, filter_: Filter) -> Output:

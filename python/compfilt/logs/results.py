@@ -10,6 +10,7 @@ import pyarrow as pa
 
 from compfilt.logs.errors import LogError
 from compfilt.logs.readers import Columns, open_log, read_schema
+from compfilt.logs.readers.base import is_time
 
 __all__ = ["GROUPS", "Group", "Result", "read_result"]
 
@@ -83,7 +84,7 @@ def read_result(path: str | Path) -> Result:
     """
     places = {name: title for title, names in GROUPS.items() for name in names}
     table = _read(path, (*TIMES, *places, "at_rest", "flags"))
-    values = {name: np.asarray(table.column(name).to_numpy(), np.float64) for name in table.column_names}
+    values = {name: _numbers(table.column(name)) for name in table.column_names}
     clock = next((name for name in TIMES if name in values), None)
     drawn = [name for name in values if name not in TIMES]
     if not drawn:
@@ -104,17 +105,27 @@ def read_result(path: str | Path) -> Result:
 
 def _read(path: str | Path, wanted: tuple[str, ...]) -> pa.Table:
     """Read those of the columns that are there and hold numbers, in the order in which they are wanted."""
-    numeric = {field.name for field in read_schema(path) if _counts(field.type)}
+    numeric = {field.name for field in read_schema(path) if _counts(field)}
     names = tuple(name for name in wanted if name in numeric)
     if not names:
         return pa.table({})
-    with open_log(path, Columns(names)) as reader:
+    signals = tuple(name for name in names if name not in TIMES)
+    with open_log(path, Columns(signals, tuple(name for name in names if name in TIMES))) as reader:
         return pa.Table.from_batches(list(reader.batches()), reader.schema)
 
 
-def _counts(kind: Any) -> bool:  # noqa: ANN401 - a type of Arrow
-    """Tell whether a type is one of numbers; a CSV's column that begins with nothing at all may be."""
-    return pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_null(kind)
+def _counts(field: Any) -> bool:  # noqa: ANN401 - a field of any type
+    """Tell whether a column holds numbers; one of a CSV that begins with nothing at all may do so."""
+    kind = field.type
+    if is_time(kind):
+        return field.name in TIMES
+    return bool(pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_null(kind))
+
+
+def _numbers(column: Any) -> Array:  # noqa: ANN401 - a column of any type
+    """Return a column as numbers; points in time are counted in their unit."""
+    values = column.cast(pa.int64()) if is_time(column.type) else column
+    return np.asarray(values.to_numpy(), np.float64)
 
 
 def _marks(values: dict[str, Array], name: str) -> Array | None:
@@ -123,4 +134,7 @@ def _marks(values: dict[str, Array], name: str) -> Array | None:
 
 
 def _unit(table: pa.Table, name: str) -> str:
+    kind: Any = table.field(name).type
+    if is_time(kind):
+        return str(kind.unit)
     return str((table.field(name).metadata or {}).get(b"unit", b"").decode())

@@ -57,7 +57,8 @@ class _Parquet:
         batches = self._file.iter_batches(
             batch_rows, row_groups=list(range(first, last)), columns=self.schema.names
         )
-        yield from _within(batches, self.starts[first], start, stop)
+        ordered = (batch.select(self.schema.names) for batch in batches)
+        yield from _within(ordered, self.starts[first], start, stop)
 
 
 class _Batches:

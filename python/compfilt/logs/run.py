@@ -9,10 +9,11 @@ from compfilt.logs.errors import UsageError
 from compfilt.logs.job import Job, Outcome, Summary, run_job, run_log
 from compfilt.logs.parts import run_in_parts
 from compfilt.logs.pipeline import Pipeline
+from compfilt.logs.readers import check_library
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.watch import Watch
 from compfilt.logs.workers import run_in_workers
-from compfilt.logs.writers import check_ending, check_target
+from compfilt.logs.writers import check_ending, check_target, result_name
 
 __all__ = ["Job", "Outcome", "Summary", "plan", "prepare", "run_job", "run_log", "run_logs"]
 
@@ -26,7 +27,7 @@ def plan(logs: Sequence[Path], out: str, *, force: bool = False, resume: bool = 
         The logs.
     out
         A file if there is one log; a folder, existing or ending in "/", or whenever there are several logs. In a
-        folder a result has the name of its log.
+        folder a result has the name of its log; that of a log in a format that is not written ends in ".parquet".
     force
         Replace results that are already there.
     resume
@@ -36,11 +37,13 @@ def plan(logs: Sequence[Path], out: str, *, force: bool = False, resume: bool = 
     ------
     UsageError
         Two logs have the same name, a result is there already or is one of the logs, its ending is unknown, or
-        there is no folder for it.
+        there is no folder for it; or a library that reads one of the logs is not installed.
     """
     folder = len(logs) > 1 or out.endswith(("/", os.sep)) or Path(out).is_dir()
-    jobs = [Job(log, Path(out) / log.name if folder else Path(out)) for log in logs]
+    jobs = [Job(log, Path(out) / result_name(log) if folder else Path(out)) for log in logs]
     taken: dict[Path, Path] = {}
+    for log in logs:
+        check_library(log)
     inputs = {log.resolve() for log in logs}
     for log, target in jobs:
         if target.resolve() in inputs:

@@ -63,9 +63,8 @@ def to_numpy(column: Any) -> npt.NDArray[Any]:  # noqa: ANN401 - an array of num
 
 def from_numpy(values: npt.NDArray[Any], kind: Any) -> Any:  # noqa: ANN401 - a type and an array of Arrow
     """Return an array of Arrow on the same memory, without a look for nulls, and without pandas."""
-    return pa.Array.from_buffers(
-        kind, len(values), [None, pa.py_buffer(np.ascontiguousarray(values, kind.to_pandas_dtype()))]
-    )
+    whole = np.ascontiguousarray(values, kind.to_pandas_dtype())
+    return pa.Array.from_buffers(kind, len(whole), [None, pa.py_buffer(whole.data)])
 
 
 def parse_signal(

@@ -5,7 +5,7 @@ import os
 import secrets
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import IO, Any, Protocol
+from typing import IO, Any, Protocol, cast
 
 import pyarrow as pa
 import pyarrow.compute
@@ -24,10 +24,11 @@ __all__ = [
     "check_target",
     "complete_file",
     "create_log",
+    "result_name",
 ]
 
 ROWS_PER_GROUP = 1 << 17
-"""How many rows a Parquet row group holds: small ones are slow to read, large ones take memory."""
+"""How many rows a Parquet row group or a batch of Arrow holds: small ones are slow to read, large ones take memory."""
 
 
 class LogWriter(Protocol):
@@ -147,11 +148,57 @@ class _Parquet:
             self._sink.close()
 
 
-FORMATS: dict[str, Callable[[IO[bytes], pa.Schema], LogWriter]] = {".csv": _Csv, ".parquet": _Parquet}
+class _Arrow:
+    """A Feather file, which is one of Arrow: not compressed, so that it can be mapped into memory."""
+
+    def __init__(self, file: IO[bytes], schema: pa.Schema) -> None:
+        self._writer = pa.ipc.new_file(cast("Any", file), schema)
+        self._held: list[pa.RecordBatch] = []
+        self._rows = 0
+
+    def write(self, batch: pa.RecordBatch) -> None:
+        self._held.append(batch)
+        self._rows += batch.num_rows
+        if self._rows >= ROWS_PER_GROUP:
+            self._flush()
+
+    def close(self) -> None:
+        self._flush()
+        self._writer.close()
+
+    def abandon(self) -> None:
+        # Before the file is closed: Arrow's destructor would do it later, fail, and print a traceback.
+        self._writer.close()
+
+    def _flush(self) -> None:
+        if self._held:
+            # One chunk, since Arrow would write each one as a batch of its own.
+            table = pa.Table.from_batches(self._held).combine_chunks()
+            self._writer.write_table(table, self._rows)
+        self._held, self._rows = [], 0
+
+
+FORMATS: dict[str, Callable[[IO[bytes], pa.Schema], LogWriter]] = {
+    ".csv": _Csv,
+    ".parquet": _Parquet,
+    ".feather": _Arrow,
+    ".arrow": _Arrow,
+}
 """The endings of the files that can be written, and how."""
 
 RESUMABLE: dict[str, Callable[..., ResumableWriter]] = {".csv": _Csv, ".parquet": _Parquet}
 """Those that can be continued, with ``append=True``."""
+
+
+def result_name(log: Path) -> str:
+    """Name a log's result in a folder: as the log, but in a format that is written."""
+    if log.suffix.lower() in FORMATS and not log.is_dir():
+        return log.name
+    name = log.name
+    if not log.is_dir():  # the folder of a bag may have a dot in its name
+        packed = log.suffix.lower() in {".gz", ".zst"}
+        name = Path(log.stem).stem if packed else log.stem
+    return f"{name}.parquet"
 
 
 def check_ending(path: Path, endings: Iterable[str] = tuple(FORMATS)) -> None:
@@ -198,7 +245,7 @@ def complete_file(path: Path) -> Iterator[IO[bytes]]:
 
 @contextlib.contextmanager
 def create_log(path: Path, schema: pa.Schema) -> Iterator[LogWriter]:
-    """Write a CSV or Parquet file, by its ending, as :func:`complete_file` does.
+    """Write a CSV, Parquet or Arrow file, by its ending, as :func:`complete_file` does.
 
     Raises
     ------

@@ -15,6 +15,9 @@ pub(super) const PARAMETERS: usize = 13;
 
 /// The state of a [`SelfCalibratingFilter`](super::SelfCalibratingFilter).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct SelfCalibrationState<T: Number> {
     /// From body to the gyro's frame.
     pub frame: Rotation<T>,

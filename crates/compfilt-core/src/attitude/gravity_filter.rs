@@ -37,6 +37,9 @@ use nalgebra::Vector3;
 /// # Ok::<(), compfilt_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct GravityFilter<T, const N: usize> {
     design: Split<T, N>,
     rest: RestRule<T>,

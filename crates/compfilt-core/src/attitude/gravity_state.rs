@@ -10,6 +10,9 @@ use nalgebra::Vector3;
 
 /// The state of a [`GravityFilter`](super::GravityFilter).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct GravityState<T: Number, const N: usize> {
     /// Level 0 is the low-passed specific force in m/s², body axes.
     pub levels: State<Vector3<T>, N>,

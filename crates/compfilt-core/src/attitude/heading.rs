@@ -11,6 +11,9 @@ use nalgebra::Vector3;
 ///
 /// The first field sets the heading; then the fields are averaged until that takes longer than the filter's memory `tau`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct HeadingRule<T> {
     tau: T,
 }
@@ -95,6 +98,9 @@ impl<T: Number> HeadingRule<T> {
 
 /// What a [`HeadingRule`] remembers.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct Heading<T: Number> {
     /// Seconds since the first field.
     pub age: T,

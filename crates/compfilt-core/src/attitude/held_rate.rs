@@ -10,6 +10,16 @@ const FASTEST: f64 = 1e6;
 
 /// The last rate in rad/s and its age in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "T: nalgebra::Scalar + serde::Serialize",
+        deserialize = "T: nalgebra::Scalar + serde::Deserialize<'de>"
+    ))
+)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct HeldRate<T> {
     /// The last rate; zero before the first and once it is older than it may be held.
     pub value: Vector3<T>,

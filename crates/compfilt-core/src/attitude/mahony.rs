@@ -11,6 +11,9 @@ use nalgebra::Vector3;
 
 /// How the measured directions become an innovation, and where the gyro turns the estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
 pub enum MahonyForm {
     /// `ω = Σ v_i × v̂_i`: straight from the directions.
     Explicit,
@@ -46,6 +49,9 @@ pub enum MahonyForm {
 /// # Ok::<(), compfilt_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct Mahony<T, const N: usize> {
     design: Chain<T, N, 1>,
     form: MahonyForm,
@@ -55,6 +61,15 @@ pub struct Mahony<T, const N: usize> {
 
 /// A direction that is measured in body axes and known in world axes. Lengths do not matter.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "T: nalgebra::Scalar + serde::Serialize",
+        deserialize = "T: nalgebra::Scalar + serde::Deserialize<'de>"
+    ))
+)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Observation<T> {
     /// Measured, body axes.
     pub body: Vector3<T>,

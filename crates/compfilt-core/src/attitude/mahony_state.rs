@@ -8,6 +8,9 @@ use nalgebra::Vector3;
 
 /// The state of a [`Mahony`](super::Mahony) filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct MahonyState<T: Number> {
     /// From body to world: x east, y north, z up; heading 0 at the start where there is no magnetometer.
     pub rotation: Rotation<T>,

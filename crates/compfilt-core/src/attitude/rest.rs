@@ -12,6 +12,9 @@ use nalgebra::Vector3;
 /// has not drifted by more than `drift` since the stillness began: a slow turn about a horizontal axis drifts. Resting is to
 /// have been still for `time`. Then the bias follows the low-passed gyro: as a mean at first, later with `bias_memory`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct RestRule<T> {
     memory: T,
     time: T,
@@ -165,6 +168,9 @@ impl<T: Number> RestRule<T> {
 
 /// What a [`RestRule`] remembers.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct Rest<T: Number> {
     /// The gyro's bias in rad/s.
     pub bias: Vector3<T>,

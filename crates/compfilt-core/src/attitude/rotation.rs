@@ -6,6 +6,16 @@ use nalgebra::{Matrix3, Vector3};
 
 /// A unit quaternion `w + x i + y j + z k`, from body to world: `v_world = q v_body q*`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "T: nalgebra::Scalar + serde::Serialize",
+        deserialize = "T: nalgebra::Scalar + serde::Deserialize<'de>"
+    ))
+)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct Rotation<T> {
     /// The scalar part.
     pub w: T,

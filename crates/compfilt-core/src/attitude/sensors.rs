@@ -9,6 +9,9 @@ pub(super) const STRONGEST: f64 = 1e6;
 
 /// The properties of a gyro and an accelerometer, and what to do where one is missing.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub(super) struct Sensors<T> {
     pub(super) delay: T,
     pub(super) advance: T,

@@ -5,6 +5,8 @@ use nalgebra::{Vector2, Vector3};
 
 /// The body's axes, with the two angles that gravity gives in them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Axes {
     /// Forward, left, up: roll about x, pitch about y, nose down positive. At rest the accelerometer reads +g on z.
     Flu,

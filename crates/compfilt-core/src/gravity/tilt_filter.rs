@@ -7,6 +7,15 @@ use nalgebra::{Vector2, Vector3};
 
 /// Where the body rates are turned into angle rates.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "T: nalgebra::Scalar + serde::Serialize",
+        deserialize = "T: nalgebra::Scalar + serde::Deserialize<'de>"
+    ))
+)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Rates<T> {
     /// At the filter's own last output: right at every attitude but the singular one.
     Output,
@@ -33,6 +42,15 @@ pub enum Rates<T> {
 /// # Ok::<(), compfilt_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "T: nalgebra::Scalar + serde::Serialize, D: serde::Serialize",
+        deserialize = "T: nalgebra::Scalar + serde::Deserialize<'de>, D: serde::Deserialize<'de>"
+    ))
+)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TiltFilter<T, D> {
     stream: Stream<T, D>,
     axes: Axes,
@@ -147,6 +165,8 @@ fn wrap<T: Real>(angle: T) -> T {
 
 /// The state of a [`TiltFilter`]: a linear filter's for each angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TiltState<T: Real, const N: usize> {
     /// Roll and pitch, or φ2 and φ3.
     pub angles: [StreamState<T, N>; 2],

@@ -129,48 +129,10 @@ impl<T: Real, const N: usize> AffineMap<T, N> {
     }
 }
 
-/// How level 0 of `B` samples in a row depends on the state before and on the samples:
-/// `y_b = O_b x + Σ_{a ≤ b} (h_y[b-a] y_a + h_u[b-a] u_a)`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BlockResponse<T: Real, const N: usize, const B: usize> {
-    /// `O`, row by row.
-    pub from_state: [SVector<T, N>; B],
-    /// `h_y`: the response of level 0 to one measurement of 1.
-    pub from_measurement: [T; B],
-    /// `h_u`: the response of level 0 to one input of 1.
-    pub from_input: [T; B],
-}
-
-impl<T: Real, const N: usize, const B: usize> BlockResponse<T, N, B> {
-    /// The responses of a filter with `gains`: the step itself, run on unit vectors and impulses.
-    pub fn of<D: Discretise<T, N>>(gains: &D::Gains) -> Self {
-        let mut rows = super::discrete::identity();
-        Self {
-            from_state: core::array::from_fn(|_| {
-                gains.step(&mut rows, SVector::zeros(), SVector::zeros())
-            }),
-            from_measurement: Self::impulse(gains, T::one(), T::zero()),
-            from_input: Self::impulse(gains, T::zero(), T::one()),
-        }
-    }
-
-    fn impulse<G: Recurrence<T, N>>(gains: &G, y: T, u: T) -> [T; B] {
-        let mut state = State::at_rest::<T>(T::zero());
-        core::array::from_fn(|b| {
-            if b == 0 {
-                gains.step(&mut state, y, u)
-            } else {
-                gains.step(&mut state, T::zero(), T::zero())
-            }
-        })
-    }
-}
-
 /// `L` runs of `B` samples each, one after the other in the log, to be filtered side by side.
 ///
-/// What every sample adds to the end of its run is a weight: `2 N` scalar products a run, which know nothing of each other,
-/// give the end of each run from a start at zero. With the powers of `A^B` they give the state before each run, and the
-/// filter's own steps do the rest.
+/// The filter's own steps go through every run from a state of zero. With the powers of `A^B` their ends give the state
+/// before each run, and what that state adds to the samples of its run is `B` rows of numbers, known beforehand.
 ///
 /// ```
 /// use compfilt_core::linear::Runs;
@@ -178,11 +140,13 @@ impl<T: Real, const N: usize, const B: usize> BlockResponse<T, N, B> {
 /// let gains = FirstOrder::new(1.0_f64)?.at(0.25)?;
 /// let runs = Runs::<f64, 1, 2, 8>::of::<Chain<f64, 1, 1>>(&gains);
 ///
-/// let mut state = State::at_rest::<f64>(0.0);
-/// gains.step(&mut state, 3.0, 0.0);
-/// gains.step(&mut state, 5.0, 0.0);
-/// let [from_first, from_second] = runs.from_measurement()[0];
-/// assert!((3.0 * from_first + 5.0 * from_second - state.levels[0]).abs() < 1e-15);
+/// let (mut state, mut from_zero) = (State { levels: [7.0] }, State { levels: [0.0] });
+/// for (sample, y) in [3.0, 5.0].into_iter().enumerate() {
+///     gains.step(&mut state, y, 0.0);
+///     gains.step(&mut from_zero, y, 0.0);
+///     let added = 7.0 * runs.from_start()[0][sample][0];
+///     assert!((from_zero.levels[0] + added - state.levels[0]).abs() < 1e-15);
+/// }
 ///
 /// // 0.8 a sample: three runs of two samples.
 /// assert!((runs.powers()[0][0][3] - 0.8_f64.powi(6)).abs() < 1e-15);
@@ -190,16 +154,13 @@ impl<T: Real, const N: usize, const B: usize> BlockResponse<T, N, B> {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Runs<T: Real, const N: usize, const B: usize, const L: usize> {
-    measurement: [[T; B]; N],
-    input: [[T; B]; N],
+    from_start: [[[T; N]; B]; N],
     powers: [[[T; L]; N]; N],
-    /// `A^B`.
-    one: SMatrix<T, N, N>,
     all: Motion<T, N>,
 }
 
 impl<T: Real, const N: usize, const B: usize, const L: usize> Runs<T, N, B, L> {
-    /// The runs of a filter with `gains`: the weights are the step itself, run on impulses.
+    /// The runs of a filter with `gains`.
     pub fn of<D: Discretise<T, N>>(gains: &D::Gains) -> Self {
         let one = Motion::of::<D>(gains).repeated(B);
         let mut powers = [[[T::zero(); L]; N]; N];
@@ -213,51 +174,30 @@ impl<T: Real, const N: usize, const B: usize, const L: usize> Runs<T, N, B, L> {
             }
             all = all.then(&one);
         }
-        Self {
-            measurement: Self::weights(gains, T::one(), T::zero()),
-            input: Self::weights(gains, T::zero(), T::one()),
-            powers,
-            one: one.matrix(),
-            all,
-        }
+        Self { from_start: Self::without_signals(gains), powers, all }
     }
 
-    /// What an impulse in each sample leaves at the end of its run.
-    fn weights<G: Recurrence<T, N>>(gains: &G, y: T, u: T) -> [[T; B]; N] {
-        let mut weights = [[T::zero(); B]; N];
-        let mut state = State::at_rest::<T>(T::zero());
-        for sample in (0..B).rev() {
-            if sample + 1 == B {
-                gains.step(&mut state, y, u);
-            } else {
-                gains.step(&mut state, T::zero(), T::zero());
-            }
-            for (weights, x) in weights.iter_mut().zip(&state.levels) {
-                weights[sample] = *x;
+    /// The step itself, run on unit vectors.
+    fn without_signals<G: Recurrence<T, N>>(gains: &G) -> [[[T; N]; B]; N] {
+        let mut from_start = [[[T::zero(); N]; B]; N];
+        let mut rows = super::discrete::identity();
+        for sample in 0..B {
+            gains.step(&mut rows, SVector::zeros(), SVector::zeros());
+            for (from_start, row) in from_start.iter_mut().zip(&rows.levels) {
+                from_start[sample] = (*row).into();
             }
         }
-        weights
+        from_start
     }
 
-    /// For every level what a measurement of 1 adds to it by the end of the run, sample by sample.
-    pub fn from_measurement(&self) -> &[[T; B]; N] {
-        &self.measurement
-    }
-
-    /// The same of an input of 1.
-    pub fn from_input(&self) -> &[[T; B]; N] {
-        &self.input
+    /// What each level of the state before a run adds to a level of a sample: level by level, sample by sample.
+    pub fn from_start(&self) -> &[[[T; N]; B]; N] {
+        &self.from_start
     }
 
     /// The first `L` powers of `A^B`, from the power 0 on: row by row, column by column, power by power.
     pub fn powers(&self) -> &[[[T; L]; N]; N] {
         &self.powers
-    }
-
-    /// Moves the state on over one run, which adds `end`: the state after it from a start at zero.
-    #[inline]
-    pub fn over_one(&self, levels: &mut [T; N], end: &[T; N]) {
-        *levels = (SVector::from(*end) + self.one * SVector::from(*levels)).into();
     }
 
     /// Moves the state on over all runs, which add `end`: the state after them from a start at zero.

@@ -18,6 +18,8 @@ use crate::{Error, Real, Rule};
 /// # Ok::<(), compfilt_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Butterworth<T, const N: usize> {
     chain: Chain<T, N, 1>,
 }

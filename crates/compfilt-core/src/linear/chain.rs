@@ -13,8 +13,16 @@ use nalgebra::Complex;
 /// The levels are physical quantities that do not depend on the sample period: a filter can be
 /// stopped, stored, resumed, and run at another rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "E: serde::Serialize", deserialize = "E: serde::Deserialize<'de>"))
+)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct State<E, const N: usize> {
     /// Level 0 first.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub levels: [E; N],
 }
 
@@ -108,7 +116,15 @@ pub(crate) fn correct_with<T: Number, E: Element<T>, const N: usize>(
 /// # Ok::<(), compfilt_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "T: serde::Serialize", deserialize = "T: serde::Deserialize<'de>"))
+)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct Chain<T, const N: usize, const M: usize> {
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     coefficients: [T; N],
 }
 
@@ -207,13 +223,47 @@ impl<T: Real, const N: usize> Chain<T, N, 1> {
 ///
 /// Both rules predict with powers of one shift: `x⁻_i = x_i + c_{M-i} u + Σ_j c_j x_{i+j}`. Backward Euler has `c_j = dt^j`, matched poles `c_j = dt^j / j!`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "T: serde::Serialize", deserialize = "T: serde::Deserialize<'de>"))
+)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct Gains<T, const N: usize, const M: usize> {
     /// `c_1 … c_N`; the first is the sample period.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub(crate) shifts: [T; N],
     /// What a ramp of the input by 1 within the step adds at distance 1 … N below level `M`.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub(crate) ramp: [T; N],
     /// `L`.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub(crate) correction: [T; N],
+}
+
+impl<T, const N: usize, const M: usize> Gains<T, N, M> {
+    /// Gains that were made elsewhere and are here as constants, in the order and meaning of the getters.
+    ///
+    /// ```
+    /// use compfilt_core::{FirstOrder, Gains};
+    /// const GAINS: Gains<f32, 1, 1> = Gains::from_parts([0.25], [0.125], [0.2]);
+    /// assert_eq!(FirstOrder::new(1.0_f32)?.at(0.25)?, GAINS);
+    /// # Ok::<(), compfilt_core::Error>(())
+    /// ```
+    pub const fn from_parts(shifts: [T; N], ramp: [T; N], correction: [T; N]) -> Self {
+        Self { shifts, ramp, correction }
+    }
+
+    /// The powers of the shift, `c_1 … c_N`; the first is the sample period in seconds.
+    pub const fn shifts(&self) -> &[T; N] {
+        &self.shifts
+    }
+
+    /// What a ramp of the input by 1 within the step adds at distance 1 … N below level `M`.
+    pub const fn ramp(&self) -> &[T; N] {
+        &self.ramp
+    }
 }
 
 impl<T: Number, const N: usize, const M: usize> Gains<T, N, M> {

@@ -127,7 +127,14 @@ pub(crate) fn backward_euler_characteristic<T: Real, const N: usize>(
 /// Not safe when the time step varies by large factors while it is long against 1/|p|: with Butterworth poles order 3 can
 /// diverge where `omega0 dt` alternates between 10.8 and 1.7, order 4 from `omega0 dt` ≈ 4.3, order 5 from 2.5. Prefer backward Euler there.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "T: serde::Serialize", deserialize = "T: serde::Deserialize<'de>"))
+)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Matched<T: Real, const N: usize, const M: usize> {
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     poles: [Complex<T>; N],
 }
 

@@ -8,6 +8,8 @@ use nalgebra::SVector;
 
 /// The time since the last correction, and what is needed to correct for all of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Elapsed<T: Real, const N: usize> {
     /// No prediction yet.
     None,

@@ -25,6 +25,8 @@ use crate::{Error, Real, Rule};
 /// # Ok::<(), compfilt_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FirstOrder<T> {
     tau: T,
     chain: Chain<T, 1, 1>,

@@ -5,6 +5,9 @@ use crate::Real;
 
 /// The last value of a signal and its age.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct Held<T> {
     /// The last value, NaN before the first; zero once it is older than it may be held.
     pub value: T,

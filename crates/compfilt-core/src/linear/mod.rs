@@ -42,7 +42,7 @@ mod split;
 mod stream;
 mod third_order;
 
-pub use block::{AffineMap, BlockResponse, Motion, Runs, Transition};
+pub use block::{AffineMap, Motion, Runs, Transition};
 pub use butterworth::Butterworth;
 pub(crate) use chain::each;
 pub use chain::{Chain, Gains, Recurrence, State};

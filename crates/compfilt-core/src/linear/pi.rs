@@ -24,6 +24,8 @@ use crate::{Error, Real};
 /// # Ok::<(), compfilt_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PiForm<T> {
     chain: Chain<T, 2, 1>,
 }

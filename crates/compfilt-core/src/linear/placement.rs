@@ -115,12 +115,15 @@ pub(crate) fn solve<S: ComplexField + Copy, const N: usize>(
     mut right: [S; N],
 ) -> Option<[S; N]> {
     for column in 0..N {
-        let mut pivot = column;
-        for candidate in column + 1..N {
-            if rows[candidate][column].modulus() > rows[pivot][column].modulus() {
-                pivot = candidate;
+        let (mut pivot, mut largest) = (column, rows[column][column].modulus());
+        for (candidate, row) in rows.iter().enumerate().skip(column + 1) {
+            let size = row[column].modulus();
+            if size > largest {
+                (pivot, largest) = (candidate, size);
             }
         }
+        // Not every compiler sees that it is, and one that does not would look, and panic.
+        let pivot = pivot.min(N - 1);
         rows.swap(column, pivot);
         right.swap(column, pivot);
         if rows[column][column].is_zero() {

@@ -26,6 +26,8 @@ use crate::{Dt, Element, Error, Real};
 /// # Ok::<(), compfilt_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct RateFilter<T> {
     first_order: FirstOrder<T>,
 }
@@ -75,8 +77,23 @@ impl<T: Real> Discretise<T, 1> for RateFilter<T> {
 
 /// The gains of a [`RateFilter`] at one sample period. As a [`Recurrence`] its input is the change of the gyro.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct RateGains<T> {
     chain: Gains<T, 1, 1>,
+}
+
+impl<T> RateGains<T> {
+    /// Of the gains of a first-order filter with the same time constant.
+    pub const fn from_parts(chain: Gains<T, 1, 1>) -> Self {
+        Self { chain }
+    }
+
+    /// The gains of the first-order filter with the same time constant.
+    pub const fn chain(&self) -> &Gains<T, 1, 1> {
+        &self.chain
+    }
 }
 
 impl<T: Real> RateGains<T> {
@@ -117,6 +134,9 @@ impl<T: Real> Recurrence<T, 1> for RateGains<T> {
 
 /// The state of a [`RateFilter`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct RateState<T> {
     /// The rate in rad/s.
     pub rate: State<T, 1>,
@@ -133,6 +153,9 @@ impl<T: Real> RateState<T> {
 
 /// Turns the two signals into the recurrence's: the integral of the angular acceleration, and the change of the gyro.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct RateInputs<T> {
     /// The last gyro sample in rad/s.
     pub gyro: T,

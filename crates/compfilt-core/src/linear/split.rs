@@ -28,7 +28,15 @@ use nalgebra::Complex;
 /// # Ok::<(), compfilt_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "T: serde::Serialize", deserialize = "T: serde::Deserialize<'de>"))
+)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct Split<T, const N: usize> {
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     coefficients: [T; N],
     split: usize,
 }
@@ -135,15 +143,52 @@ impl<T: Real, const N: usize> Discretise<T, N> for Split<T, N> {
 /// The prediction solves `(I - dt F) x⁻ = x + dt B u`, where the feedback from level 1 makes
 /// `x⁻_i = p_i - q_i x⁻_1`: `p` is the plain chain's, `q` depends on the gains only.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "T: serde::Serialize", deserialize = "T: serde::Deserialize<'de>"))
+)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct SplitGains<T, const N: usize> {
     dt: T,
     half_dt: T,
     /// `q`.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     feedback: [T; N],
     /// `1/(1 + q_1)`.
     damping: T,
     /// `L`.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     correction: [T; N],
+}
+
+impl<T, const N: usize> SplitGains<T, N> {
+    /// Gains that were made elsewhere and are here as constants, in the order and meaning of the getters.
+    pub const fn from_parts(
+        dt: T,
+        half_dt: T,
+        feedback: [T; N],
+        damping: T,
+        correction: [T; N],
+    ) -> Self {
+        Self { dt, half_dt, feedback, damping, correction }
+    }
+
+    /// Half the sample period in seconds.
+    pub const fn half_dt(&self) -> &T {
+        &self.half_dt
+    }
+
+    /// How level 1 feeds back to the levels above it, `q`.
+    pub const fn feedback(&self) -> &[T; N] {
+        &self.feedback
+    }
+
+    /// What level 1 is multiplied by in a step, `1/(1 + q_1)`.
+    pub const fn damping(&self) -> &T {
+        &self.damping
+    }
 }
 
 impl<T: Number, const N: usize> SplitGains<T, N> {

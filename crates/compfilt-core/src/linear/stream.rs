@@ -8,6 +8,9 @@ use nalgebra::ComplexField;
 
 /// How the input is taken within a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
 pub enum Input {
     /// Constant: the sample is the mean over the step that it ends.
     #[default]
@@ -36,6 +39,9 @@ pub enum Input {
 /// # Ok::<(), compfilt_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct Stream<T, D> {
     design: D,
     input: Input,
@@ -277,6 +283,8 @@ fn no_cap<T: Real>() -> T {
 
 /// What changes from sample to sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct StreamState<T: Real, const N: usize> {
     /// The filter's levels.
     pub levels: State<T, N>,

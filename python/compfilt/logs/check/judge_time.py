@@ -1,0 +1,125 @@
+"""Findings about time: unit, rate, gaps, order."""
+
+from collections.abc import Iterator
+
+from compfilt.logs.check.report import Finding
+from compfilt.logs.check.survey import Survey
+from compfilt.logs.check.times import Times
+
+__all__ = ["judge_time"]
+
+
+def judge_time(survey: Survey) -> Iterator[Finding]:
+    """Yield what the time column says."""
+    times, claims = survey.times, survey.claims
+    if times is None:
+        if claims.rate is None:
+            yield Finding(
+                "time",
+                "wrong",
+                "no column of times was found",
+                "no name looks like one",
+                "rate = 100.0  # (Hz) yours",
+            )
+        if 0 < survey.channels.repeated < 0.3 * survey.rows:
+            yield Finding(
+                "duplicates",
+                "note",
+                f"{survey.channels.repeated} rows repeat the row before in every signal",
+                "with a constant rate it cannot be told whether they stand for lost samples or are too many",
+            )
+        return
+    if not times.step:
+        yield Finding("time", "wrong", f'column "{claims.time}" never goes forward')
+        return
+    yield from _unit(survey, times)
+    yield from _order(survey, times)
+    yield from _gaps(survey, times)
+
+
+def _unit(survey: Survey, times: Times) -> Iterator[Finding]:
+    claims, unit = survey.claims, survey.time_unit
+    if unit is None:
+        return
+    rate = 1.0 / survey.period
+    fix = f'time = {{ column = "{claims.time}", unit = "{unit.name}" }}'
+    jitter = 100.0 * times.spread / times.step
+    evidence = f"the usual step is {times.step:g}, 90 % of the steps lie within {jitter:.2g} % of it"
+    if claims.time_unit is not None and claims.time_unit != unit:
+        claimed = 1.0 / (times.step * claims.time_unit.factor)
+        yield Finding(
+            "time unit",
+            "wrong",
+            f"the times are in {unit.name}, not in {claims.time_unit.name}",
+            f"{evidence}: that is {claimed:.3g} Hz in {claims.time_unit.name}, and {rate:.5g} Hz in {unit.name}",
+            fix,
+        )
+    else:
+        yield Finding(
+            "rate", "note", f"{rate:.6g} Hz, time in {unit.name}", evidence, "" if claims.time_unit else fix
+        )
+    if jitter > 100.0:
+        yield Finding(
+            "jitter",
+            "note",
+            "the steps differ by more than the usual step",
+            evidence + "; the filters take times as they come",
+        )
+
+
+def _order(survey: Survey, times: Times) -> Iterator[Finding]:
+    name = survey.claims.time
+    if times.untimed.count:
+        yield Finding("time", "wrong", f"{times.untimed.count} rows have no time", times.untimed.where())
+    if times.back.count:
+        unit = survey.time_unit.name if survey.time_unit is not None else ""
+        yield Finding(
+            "backwards time",
+            "wrong",
+            f'column "{name}" runs backwards {_times(times.back.count)}, by up to {times.back.largest:g} {unit}',
+            f"{times.back.where()}; no recipe mends it: sort the log or cut it there",
+        )
+    if times.repeated.count:
+        yield Finding(
+            "duplicates",
+            "wrong",
+            f"{times.repeated.count} rows repeat the row before, time and signals",
+            f"{times.repeated.where()}; a filter corrects once more at the same moment: leave them out",
+        )
+    if times.equal.count:
+        yield Finding(
+            "duplicates",
+            "wrong",
+            f"{times.equal.count} rows have the time of the row before but other signals",
+            f"{times.equal.where()}; the rotation of such a row lasts 0 s and is lost: the stamps are too coarse or come in bursts",
+            f"rate = {survey.rows / max(_seconds(survey, times), 1e-9):.6g}  # in place of time, if the sensor's clock is even",
+        )
+
+
+def _gaps(survey: Survey, times: Times) -> Iterator[Finding]:
+    gaps, factor = times.gaps, survey.time_unit.factor if survey.time_unit is not None else 1.0
+    if not gaps.count:
+        return
+    recipe = survey.claims.recipe
+    known = recipe is not None and recipe.policy.gap is not None
+    seconds, lost = gaps.largest * factor, gaps.total * factor
+    yield Finding(
+        "gaps",
+        "note" if known else "wrong",
+        f"{gaps.count} gap{'s' if gaps.count > 1 else ''}, the longest {seconds:.3g} s"
+        + (", which the recipe's policy knows of" if known else ""),
+        f"{gaps.where()}: {lost:.3g} s in all, while the usual step is {survey.period:.3g} s",
+        ""
+        if known
+        else f'[policy] gap = {{ longer_than = "{max(0.9 * seconds, 3.0 * survey.period) if gaps.count == 1 else 10.0 * survey.period:.3g} s", do = "reset" }}',
+    )
+
+
+def _seconds(survey: Survey, times: Times) -> float:
+    return float(times.last - times.first) * (
+        survey.time_unit.factor if survey.time_unit is not None else 1.0
+    )
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"

@@ -1,0 +1,72 @@
+"""The one door through which the check sees a log: which columns of numbers there are, and their rows in chunks."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+
+from compfilt.logs.readers import Columns, open_log, read_schema
+
+__all__ = ["Array", "Chunk", "Column", "number_columns", "read_chunks"]
+
+Array = npt.NDArray[np.float64]
+
+
+class Column(NamedTuple):
+    """A column of numbers, with the unit that the file gives it, if it does."""
+
+    name: str
+    unit: str | None
+
+
+class Chunk(NamedTuple):
+    """Some rows: the time in the column's unit counted from the log's first, None without; the signals (n, c)."""
+
+    ticks: Array | None
+    values: Array
+
+
+def number_columns(path: str | Path) -> list[Column]:
+    """List the columns that hold numbers, once each."""
+    schema = read_schema(path)
+    found = []
+    for item in schema:
+        numbers = pa.types.is_integer(item.type) or pa.types.is_floating(item.type)
+        if numbers and schema.names.count(item.name) == 1:
+            unit = (item.metadata or {}).get(b"unit")
+            found.append(Column(item.name, unit.decode() if unit else None))
+    return found
+
+
+def read_chunks(path: str | Path, time: str | None, signals: Sequence[str]) -> Iterator[Chunk]:
+    """Yield the rows of a log in order, at most 65 536 at a time.
+
+    Raises
+    ------
+    LogError
+        The log cannot be read, or a column is missing or holds something else than numbers.
+    """
+    origin: np.generic | None = None
+    with open_log(path, Columns(tuple(signals), () if time is None else (time,))) as reader:
+        for batch in reader.batches():
+            if not batch.num_rows:
+                continue
+            # One row a sample, so that the memory of a row lies together.
+            values = np.empty((batch.num_rows, len(signals)))
+            for place, name in enumerate(signals):
+                values[:, place] = batch.column(name).to_numpy(zero_copy_only=False)
+            if time is None:
+                yield Chunk(None, values)
+                continue
+            ticks = batch.column(time).to_numpy(zero_copy_only=False)
+            # Before they become floats: those resolve an epoch in nanoseconds to 0.2 us only.
+            if origin is None:
+                origin = (
+                    ticks[0]
+                    if np.issubdtype(ticks.dtype, np.integer) or np.isfinite(ticks[0])
+                    else ticks.dtype.type(0)
+                )
+            yield Chunk((ticks - origin).astype(np.float64), values)  # type: ignore[operator]

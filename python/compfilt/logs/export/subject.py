@@ -1,0 +1,133 @@
+"""What is exported: a filter at a sample rate, and how its numbers are written."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import numpy.typing as npt
+
+import compfilt
+from compfilt.logs.errors import RecipeError, UsageError
+from compfilt.logs.kinds.attitude import Attitude
+from compfilt.logs.kinds.linear import Linear
+from compfilt.logs.kinds.tilt import Tilt
+from compfilt.logs.recipe import Recipe
+
+__all__ = ["Number", "Subject", "numbers"]
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number as a chip has it, float32."""
+
+    value: np.float32
+
+    @property
+    def bits(self) -> str:
+        """Its bits in hexadecimal digits."""
+        return f"0x{int(self.value.view(np.uint32)):08x}"
+
+    @property
+    def decimal(self) -> str:
+        """The shortest decimal that is read as this number."""
+        return str(self.value)
+
+
+def numbers(values: npt.ArrayLike) -> list[Number]:
+    """Round numbers to float32, as the core rounds parameters."""
+    return [Number(value) for value in np.atleast_1d(np.asarray(values, np.float64).astype(np.float32))]
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A recipe's filter at a sample rate.
+
+    Attributes
+    ----------
+    filter
+        As the recipe has it.
+    design
+        The object of the library: a linear design, or an attitude filter.
+    fs
+        In Hz.
+    hold
+        How long in s a missing derivative or gyro is bridged.
+    source
+        The recipe's file, without folders.
+    """
+
+    filter: Linear | Tilt | Attitude
+    design: Any
+    fs: float
+    hold: float
+    source: str
+
+    @classmethod
+    def of(cls, recipe: Recipe, fs: float | None) -> "Subject":
+        """Build the filter, and refuse what a chip cannot have."""
+        filter_ = recipe.filter
+        if not isinstance(filter_, (Linear, Tilt, Attitude)):
+            raise UsageError(f'{recipe.source}: a filter of kind = "{filter_.kind}" cannot be exported')
+        fs = recipe.clock.rate if fs is None else fs
+        if fs is None:
+            raise UsageError(
+                f"{recipe.source}: the log's times are in a column: give the chip's sample rate in Hz with --fs"
+            )
+        if filter_.stream.get("delay", 0.0):
+            raise UsageError(
+                f"{recipe.source}: [filter] delay cannot be exported: it takes a store of past estimates"
+            )
+        hold = 0.1 if recipe.policy.hold is None else recipe.policy.hold
+        try:
+            # The same checks as for a log, at this rate.
+            filter_.start(fs, np.float32, hold=hold)
+            parts = filter_.method if isinstance(filter_, Attitude) else filter_.design
+            return cls(filter_, parts.build(), fs, hold, Path(recipe.source).name)
+        except (ValueError, TypeError) as error:
+            raise RecipeError(f"{recipe.source}: [filter] {error}") from None
+
+    @property
+    def name(self) -> str:
+        """An identifier made from the recipe's name."""
+        stem = re.sub(r"\W+", "_", Path(self.source).stem.lower(), flags=re.ASCII).strip("_") or "recipe"
+        return f"recipe_{stem}" if stem[0].isdigit() else stem
+
+    @property
+    def heading(self) -> list[str]:
+        """What stands at the top: where it comes from, what it is."""
+        period = numbers(1.0)[0].value / np.float32(self.fs)
+        lines = [
+            f"Written by compfilt {compfilt.__version__} from {self.source}: do not change it by hand.",
+            f"{self.title}, sample rate {self.fs:g} Hz, sample period {period} s.",
+            "Signals in SI units: rad, rad/s, m/s^2; float32 (binary32) throughout.",
+        ]
+        if isinstance(self.filter, Attitude) and self.filter.axes == "frd":
+            lines.append(
+                "The filter's axes are forward, left, up: change the sign of y and z of the recipe's frd."
+            )
+        if "initial" in self.filter.stream:
+            lines.append(f"The recipe starts at {self.filter.stream['initial']}: start the state there.")
+        return lines
+
+    @property
+    def title(self) -> str:
+        """The filter as Python writes it."""
+        if isinstance(self.filter, Tilt):
+            return f"TiltFilter({self.design!r}, axes={self.filter.structure['axes']!r})"
+        return repr(self.design)
+
+    @property
+    def rule(self) -> str:
+        """How the gains are made."""
+        return str(self.filter.stream.get("rule", "backward_euler"))
+
+    def gains(self) -> dict[str, list[Number]]:
+        """Return the numbers of a linear design's gains, as the core has them."""
+        parts = self.design._gains(self.fs, rule=self.rule)  # noqa: SLF001 - the library's own
+        return {name: numbers(values) for name, values in cast("dict[str, Any]", parts).items()}
+
+    def refuse(self, reason: str) -> UsageError:
+        """Say why a language does not have it."""
+        return UsageError(f"{self.source}: {self.title} cannot be exported: {reason}")

@@ -1,0 +1,421 @@
+"""What is said about a log before anyone filters it: faults put in on purpose are found, and none is invented."""
+
+import json
+
+import numpy as np
+import pytest
+
+import check
+from compfilt import simulate
+from compfilt.__main__ import main
+from compfilt.logs import load_recipe, parse_recipe, run_log
+from compfilt.logs.check import check_log
+from compfilt.logs.check import segments as segments_module
+from compfilt.logs.check.channels import Channels
+from compfilt.logs.check.claims import by_names
+from compfilt.logs.check.mounting import decide, mended, turned_columns
+from compfilt.logs.check.segments import Slicer
+from compfilt.logs.check.source import Column, number_columns
+from compfilt.logs.check.times import Times, likely_unit
+from compfilt.logs.check.turning import MOUNTINGS, fit, try_mountings
+from handled import FORCE, GYRO, MAG, handled, save
+
+FAULTS = {fault.name: fault for fault in check.faults() if fault.name != "clean"}
+
+
+@pytest.fixture(scope="module")
+def log():
+    return handled(seconds=150.0, rate=100.0, seed=3)
+
+
+@pytest.fixture(scope="module")
+def extract(log):
+    """The pieces of the log, its columns gyro, accelerometer, magnetometer."""
+    return sliced(np.column_stack([log[name] for name in (*GYRO, *FORCE, *MAG)]), 0.01)
+
+
+def sliced(values, period, sizes=(10**9,)):
+    slicer = Slicer(values.shape[1], period)
+    steps = np.full(len(values), period)
+    start, turn = 0, 0
+    while start < len(values):
+        end = start + sizes[turn % len(sizes)]
+        slicer.follow(values[start:end], steps[start:end])
+        start, turn = end, turn + 1
+    return slicer.finish()
+
+
+def recipe_of(report, **lines):
+    """The report's recipe."""
+    return parse_recipe(report.recipe)
+
+
+# ------------------------------------------------------------------------------------------------------------ whole logs
+
+
+def test_nothing_is_invented(log):
+    clean = check.Fault("clean", dict, ())
+    for with_field in (True, False):
+        report = check.check(log, clean, magnetometer=with_field)
+        assert report.wrong == ()
+        assert report.about("gyro unit")[0].what == "rad/s"
+        assert {finding.level for finding in report.about("axes")} == {"note"}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_fault_is_found(log, name):
+    fault = FAULTS[name]
+    if fault.clock.startswith("rate"):
+        rate = 200.0 if "twice" in name else 50.0
+        fault = check.Fault(name, fault.spoil, fault.topics, f"rate = {rate}")
+    report = check.check(log, fault)
+    assert check.verdict(report, fault).startswith("found"), str(report)
+    if fault.clock.startswith("rate"):
+        fix = report.about("rate")[0].fix
+        assert float(fix.removeprefix("rate = ")) == pytest.approx(100.0, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "name", ["gyro in deg/s", "gyro x and y swapped", "gyro z negated", "acc. y and z swapped"]
+)
+def test_without_a_magnetometer(log, name):
+    """Gravity alone shows the axes too; whose they are may have two answers."""
+    fault = FAULTS[name]
+    assert check.verdict(check.check(log, fault, magnetometer=False), fault).startswith("found")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "accelerometer in g",
+        "gyro in deg/s",
+        "time in ms",
+        "gyro x and z swapped",
+        "gyro yz negated",
+        "acc. x negated",
+    ],
+)
+def test_the_fix_mends_the_log(log, tmp_path, name):
+    """The lines that are proposed replace those of the recipe, and then nothing is wrong."""
+    fault = FAULTS[name]
+    report = check.check(log, fault)
+    text = check.RECIPE.format(
+        clock=check.TIME, magnetometer='magnetometer = { columns = ["mx", "my", "mz"], unit = "uT" }'
+    )
+    for finding in report.wrong:
+        key = finding.fix.split(" = ")[0]
+        text = "\n".join(finding.fix if line.startswith(key + " =") else line for line in text.splitlines())
+    path = save(fault.spoil(log), tmp_path / "log.parquet")
+    assert check_log(path, parse_recipe(text)).wrong == ()
+
+
+def test_the_proposed_recipe_runs(log, tmp_path):
+    """From units and axes that nobody names to angles that are right."""
+    spoilt = check.scaled(GYRO, 180 / np.pi)(check.scaled(FORCE, 1 / 9.81)(check.scaled(("t",), 1e6)(log)))
+    spoilt = check.mounted(GYRO, (1, 0, 2), (1.0, -1.0, 1.0))(spoilt)
+    path = save(spoilt, tmp_path / "log.parquet")
+    report = check_log(path)
+    assert [finding.topic for finding in report.wrong] == ["axes"]
+    recipe = parse_recipe(report.recipe)
+    run_log(recipe, path, tmp_path / "out.parquet")
+    right = save(log, tmp_path / "right.parquet")
+    run_log(parse_recipe(check_log(right).recipe), right, tmp_path / "right_out.parquet")
+    roll, true = (read(tmp_path / name, "roll") for name in ("out.parquet", "right_out.parquet"))
+    apart = (roll - true + 180.0) % 360.0 - 180.0
+    assert np.median(np.abs(apart)) < 0.1
+
+
+def read(path, name):
+    import pyarrow.parquet as pq
+
+    return pq.read_table(path)[name].to_numpy()
+
+
+def test_columns_without_names_are_found_by_what_they_do(log, tmp_path):
+    names = {name: f"c{place}" for place, name in enumerate(("t", *FORCE, *GYRO))}
+    path = save({names[name]: log[name] for name in names}, tmp_path / "log.parquet")
+    report = check_log(path)
+    assert report.wrong == ()
+    assert 'time = { column = "c0", unit = "s" }' in report.recipe
+    assert 'gyro = { columns = ["c4", "c5", "c6"], unit = "rad/s" }' in report.recipe
+    assert 'accelerometer = { columns = ["c1", "c2", "c3"], unit = "m/s^2" }' in report.recipe
+
+
+def test_what_cannot_be_told_is_said(tmp_path):
+    """A sensor that lies still shows units of acceleration, but not which way its axes go."""
+    rng = np.random.default_rng(1)
+    count = 6000
+    log = {"t": np.arange(count) / 100.0}
+    log |= {name: rng.normal(0, 0.002, count) for name in GYRO}
+    log |= {name: rng.normal(9.81 * (name == "az"), 0.02, count) for name in FORCE}
+    report = check_log(
+        save(log, tmp_path / "still.parquet"),
+        parse_recipe(check.RECIPE.format(clock=check.TIME, magnetometer="")),
+    )
+    assert report.wrong == ()
+    unknown = {finding.topic for finding in report.findings if finding.level == "unknown"}
+    assert {"gyro unit", "axes", "accelerometer offset"} <= unknown
+
+
+def test_a_turn_about_the_vertical_says_nothing_of_the_axes(tmp_path):
+    log = handled(seconds=60.0, seed=4)
+    log |= dict.fromkeys(
+        ("gx", "gy"), 0.0 * log["t"] + np.random.default_rng(0).normal(0, 0.002, log["t"].size)
+    )
+    rng = np.random.default_rng(2)
+    log |= {name: rng.normal(9.81 * (name == "az"), 0.02, log["t"].size) for name in FORCE}
+    report = check_log(
+        save(log, tmp_path / "yaw.parquet"),
+        parse_recipe(check.RECIPE.format(clock=check.TIME, magnetometer="")),
+    )
+    assert [f.topic for f in report.wrong] == []
+    assert report.about("axes")[0].level == "unknown"
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_simulated_drive_is_clean(tmp_path, seed):
+    simulate.write(simulate.child_seat(seed=seed), tmp_path / "seat.parquet")
+    report = check_log(tmp_path / "seat.parquet")
+    assert report.wrong == ()
+    assert report.about("gyro unit")[0].what == "deg/s"
+
+
+def test_a_unit_that_the_file_names_wrongly(tmp_path):
+    """What is simulated writes its units into a Parquet file."""
+    log = simulate.child_seat(seed=1)
+    log |= {name: np.radians(log[name]) for name in GYRO}
+    simulate.write(log, tmp_path / "seat.parquet")
+    report = check_log(tmp_path / "seat.parquet")
+    assert [finding.what for finding in report.wrong] == ["the gyro is in rad/s, not in deg/s"]
+
+
+def test_raw_counts(log, tmp_path):
+    """16384 counts a g, 16.4 counts a deg/s: no unit, but a scale."""
+    spoilt = check.scaled(FORCE, 16384 / 9.81)(check.scaled(GYRO, 16.4 * 180 / np.pi)(log))
+    report = check_log(save(spoilt, tmp_path / "raw.parquet"))
+    recipe = parse_recipe(report.recipe)
+    assert recipe.filter.accelerometer.scale[0] * 16384 / 9.81 == pytest.approx(1.0, rel=0.02)
+    gyro = recipe.filter.gyro
+    assert gyro.unit.factor * gyro.scale[0] * 16.4 * 180 / np.pi == pytest.approx(1.0, rel=0.05)
+
+
+def test_an_offset_shows_over_many_orientations(log, tmp_path):
+    spoilt = log | {"ax": log["ax"] + 1.5}
+    report = check_log(save(spoilt, tmp_path / "offset.parquet"))
+    (finding,) = report.about("accelerometer offset")
+    assert finding.level == "wrong"
+    assert finding.what.startswith("(1.5, ")
+
+
+def test_a_delay_is_found(log, tmp_path):
+    late = {name: np.concatenate((np.repeat(log[name][0], 8), log[name][:-8])) for name in FORCE}
+    report = check_log(save(log | late, tmp_path / "late.parquet"))
+    (finding,) = report.about("gyro delay")
+    assert finding.level == "wrong"
+    assert "the accelerometer is" in finding.what
+
+
+# ------------------------------------------------------------------------------------------------------------ the command
+
+
+def test_the_command(log, tmp_path, capsys):
+    path = save(log, tmp_path / "log.parquet")
+    assert run("check", path) == 0
+    assert "A recipe that fits:" in capsys.readouterr().out
+    spoilt = save(check.scaled(FORCE, 1 / 9.81)(log), tmp_path / "g.parquet")
+    (tmp_path / "si.toml").write_text(
+        check.RECIPE.format(clock=check.TIME, magnetometer=""), encoding="utf-8"
+    )
+    assert load_recipe(tmp_path / "si.toml")
+    assert run("check", spoilt, "--recipe", tmp_path / "si.toml", "--json") == 1
+    report = json.loads(capsys.readouterr().out)
+    assert not report["clean"]
+    assert report["findings"][0]["topic"] == "accelerometer unit"
+    assert report["findings"][0]["fix"].endswith('unit = "g" }')
+
+
+def test_failures_are_one_line(tmp_path, capsys):
+    assert run("check", tmp_path / "none.csv") == 1
+    assert run("check", tmp_path / "none.csv", "--recipe", tmp_path / "none.toml") == 2
+    (tmp_path / "words.csv").write_text("name,place\na,b\n", encoding="utf-8")
+    assert run("check", tmp_path / "words.csv") == 1
+    captured = capsys.readouterr()
+    assert len(captured.err.splitlines()) == 2
+    assert "no gyro and accelerometer were found" in captured.out
+
+
+def run(*arguments):
+    """The exit status of the command in this process."""
+    import sys
+
+    before = sys.argv
+    sys.argv = ["compfilt", *map(str, arguments)]
+    try:
+        return main()
+    except SystemExit as leave:
+        return leave.code
+    finally:
+        sys.argv = before
+
+
+# ------------------------------------------------------------------------------------------------------------- the parts
+
+
+@pytest.mark.parametrize("number", range(0, 48, 9))
+def test_every_mounting_is_found(extract, number):
+    """The gyro is read through a signed permutation: its inverse explains gravity, and no other."""
+    mounting = MOUNTINGS[number]
+    values = extract.values.copy()
+    values[..., :3] = values[..., :3] @ mounting.T
+    read = segments_module.Segments(values, extract.durations, extract.numbers, extract.head)
+    trial = try_mountings(read, slice(0, 3), slice(3, 6), np.zeros(3))
+    assert trial.sure
+    assert np.array_equal(trial.mounting, mounting.T)
+    assert trial.accepts_axes == (number == 0)
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.3, 3.0, 57.3, 0.01])
+def test_every_scale_is_found(extract, scale):
+    values = extract.values.copy()
+    values[..., :3] /= scale
+    read = segments_module.Segments(values, extract.durations, extract.numbers, extract.head)
+    trial = try_mountings(read, slice(0, 3), slice(3, 6), np.zeros(3))
+    found = fit(read, slice(0, 3), slice(3, 6), np.zeros(3), trial.scale * trial.mounting)
+    assert found.scale == pytest.approx(scale, rel=0.03)
+
+
+def test_whose_axes_they_are(extract):
+    """An accelerometer that is left-handed looks like a gyro that is turned; a magnetometer tells them apart."""
+    flip = np.diag([1.0, 1.0, -1.0])
+    values = extract.values.copy()
+    values[..., 3:6] = values[..., 3:6] @ flip
+    read = segments_module.Segments(values, extract.durations, extract.numbers, extract.head)
+    gravity, field = (try_mountings(read, slice(0, 3), slice(at, at + 3), np.zeros(3)) for at in (3, 6))
+    with_field, alone = decide(gravity, field), decide(gravity, None)
+    for mounting in (with_field, alone):
+        assert mounting.wrong == ("accelerometer",)
+        assert np.array_equal(mounting.accelerometer, flip)
+
+
+def test_mended_columns_are_the_right_axes():
+    """What the recipe line reads is the matrix times the columns as they were."""
+    rng = np.random.default_rng(5)
+    values = rng.normal(size=3)
+    triad = by_names([Column(name, None) for name in GYRO]).triads["gyro"]
+    for matrix in MOUNTINGS:
+        columns, signs = turned_columns(triad, matrix)
+        read = [sign * values[GYRO.index(column)] for column, sign in zip(columns, signs, strict=True)]
+        np.testing.assert_array_equal(read, matrix @ values)
+        assert parse_signal_text(mended(triad, matrix, "rad/s"))
+
+
+def parse_signal_text(text):
+    """A recipe accepts the line."""
+    return parse_recipe(
+        check.RECIPE.format(clock=check.TIME, magnetometer="").replace(
+            'gyro = { columns = ["gx", "gy", "gz"], unit = "rad/s" }', f"gyro = {text}"
+        )
+    )
+
+
+@pytest.mark.parametrize(
+    ("names", "gyro", "accelerometer", "time"),
+    [
+        (("t", *GYRO, *FORCE, *MAG), "gx", "ax", "t"),
+        (("timestamp_us", "gyro_x_dps", "gyro_y_dps", "gyro_z_dps", "acc_x_g", "acc_y_g", "acc_z_g"), "gyro_x_dps", "acc_x_g", "timestamp_us"),
+        (("time", "AccX", "AccY", "AccZ", "GyrX", "GyrY", "GyrZ"), "GyrX", "AccX", "time"),
+        (
+            ("stamp", "angular_velocity.x", "angular_velocity.y", "angular_velocity.z")
+            + tuple(f"linear_acceleration.{axis}" for axis in "xyz"),
+            "angular_velocity.x", "linear_acceleration.x", "stamp",
+        ),
+        (
+            ("timestamp", *(f"gyro_rad[{i}]" for i in range(3)), *(f"accelerometer_m_s2[{i}]" for i in range(3))),
+            "gyro_rad[0]", "accelerometer_m_s2[0]", "timestamp",
+        ),
+    ],
+)  # fmt: skip
+def test_names_are_understood(names, gyro, accelerometer, time):
+    claims = by_names([Column(name, None) for name in names])
+    assert claims.triads["gyro"].columns[0] == gyro
+    assert claims.triads["accelerometer"].columns[0] == accelerometer
+    assert claims.time == time
+    units = {"gyro_x_dps": "dps", "gyro_rad[0]": "rad/s"}
+    unit = claims.triads["gyro"].unit
+    assert (unit.name if unit else None) == units.get(gyro)
+
+
+@pytest.mark.parametrize(
+    ("step", "unit"), [(0.005, "s"), (10.0, "ms"), (2500.0, "us"), (1e7, "ns"), (0.1, "s")]
+)
+def test_a_time_unit_by_its_step(step, unit):
+    assert likely_unit(step).name == unit
+
+
+def test_the_extract_does_not_depend_on_the_batches(log):
+    values = np.column_stack([log[name] for name in (*GYRO, *FORCE)])
+    whole, parts = sliced(values, 0.005), sliced(values, 0.005, (1, 700, 13, 2048))
+    np.testing.assert_array_equal(whole.values, parts.values)
+    np.testing.assert_array_equal(whole.durations, parts.durations)
+    np.testing.assert_array_equal(whole.head, parts.head)
+
+
+def test_the_extract_is_bounded(monkeypatch):
+    monkeypatch.setattr(segments_module, "KEPT", 4)
+    extract = sliced(np.arange(36 * 800.0)[:, None], 0.01)
+    assert len(extract) <= 4
+    assert set(np.diff(extract.numbers)) == {16.0}
+
+
+def test_rows_without_numbers_lend_their_time():
+    values = np.ones((1600, 1))
+    values[100:105] = np.nan
+    extract = sliced(values, 0.01)
+    assert extract.durations.sum() == pytest.approx(8.05, abs=0.02)
+
+
+def test_columns_do_not_depend_on_the_batches(log):
+    values = np.column_stack([log[name] for name in (*GYRO, *FORCE)])
+    values[5000:5400, 1] = values[5000, 1]
+    values[:, 3] = np.clip(values[:, 3], -5.0, 5.0)
+    results = []
+    for sizes in ((10**9,), (1, 97, 4096)):
+        channels, start, turn = Channels(6), 0, 0
+        while start < len(values):
+            end = start + sizes[turn % len(sizes)]
+            channels.follow(values[start:end])
+            start, turn = end, turn + 1
+        results.append(
+            (channels.longest.tolist(), channels.longest_end.tolist(), [channels.limits(i) for i in range(6)])
+        )
+    assert results[0] == results[1]
+    longest, ends, limits = results[0]
+    assert (longest[1], ends[1]) == (399, 5400)
+    assert {limit.value for limit in limits[3]} == {-5.0, 5.0}
+    assert not any(limits[i] for i in (0, 1, 2, 4, 5))
+
+
+def test_a_smooth_peak_is_not_cut_off():
+    """Nor is one in coarse steps, or a plateau in a log without noise."""
+    t = np.arange(0.0, 20.0, 0.01)
+    for wave in (
+        np.sin(t),
+        np.round(np.sin(t), 2),
+        np.clip(t - 10.0, 0.0, 5.0) * (t < 14.0) + 4.0 * (t >= 14.0),
+    ):
+        channels = Channels(2)
+        channels.follow(np.column_stack((wave, wave)))
+        assert channels.limits(0) == []
+
+
+def test_times():
+    ticks = np.array([0, 10, 20, 30, 30, 40, 35, 50, 500, 510, np.nan, 530], float)
+    whole = Times()
+    whole.follow(ticks, np.arange(12) == 4)
+    assert (whole.step, whole.gaps.count, whole.gaps.largest, whole.gaps.rows) == (10.0, 1, 450.0, [9])
+    assert (whole.repeated.count, whole.equal.count, whole.back.rows, whole.untimed.rows) == (1, 0, [7], [11])
+
+
+def test_numbers_only(tmp_path):
+    (tmp_path / "log.csv").write_text("t,name,ax,flag\n0,a,1.5,true\n1,b,2.5,false\n", encoding="utf-8")
+    assert [column.name for column in number_columns(tmp_path / "log.csv")] == ["t", "ax"]
