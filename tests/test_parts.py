@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.feather
 import pyarrow.parquet as pq
 import pytest
 from hypothesis import given, settings
@@ -158,6 +159,21 @@ def test_a_log_that_starts_late(late, tmp_path_factory, both):
 def test_any_cut(group, part_rows, tmp_path_factory, both):
     log = write_log(tmp_path_factory.mktemp("cut") / "log.parquet", group=group)
     both(recipe("Butterworth 4"), log, part_rows=part_rows)
+
+
+@pytest.mark.usefixtures("only_parts")
+@pytest.mark.parametrize("name", ["log.feather", "log.arrow", "log.npz"])
+def test_other_formats(name, log, tmp_path_factory, both):
+    table = pq.read_table(log)
+    path = tmp_path_factory.mktemp("format") / name
+    if name == "log.npz":
+        columns = {column: table[column].to_numpy() for column in ("t", "u", "y")}
+        # What is carried along is a number here: text in NumPy's arrays is not read.
+        np.savez(path, **columns, note=np.arange(len(table)))
+    else:
+        compression = "lz4" if name == "log.feather" else "uncompressed"
+        pa.feather.write_feather(table, path, compression, chunksize=1300)
+    both(recipe("Butterworth 4"), path)
 
 
 def test_a_folder_of_parts(log, tmp_path):
