@@ -8,6 +8,7 @@ __all__ = ["main"]
 EXTRAS = {
     "logs": ("the command line", ("pyarrow", "tomli", "tqdm", "typer")),
     "plot": ("a picture", ("matplotlib",)),
+    "cluster": ("a scheduler", ("dask", "distributed")),
 }
 """The extras: what needs them, and what they bring."""
 

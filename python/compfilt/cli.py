@@ -4,14 +4,18 @@ import contextlib
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 from tqdm import tqdm  # type: ignore[import-untyped]
 
 from compfilt.logs.errors import LogError, UsageError
+
+if TYPE_CHECKING:
+    from compfilt.logs.outcome import Outcome
 
 __all__ = ["run_app"]
 
@@ -57,7 +61,8 @@ def run(
     workers: Annotated[
         int,
         typer.Option(
-            min=0, help="How many logs to filter at a time, each in a process; 0 is one for each core."
+            min=0,
+            help="How many logs to filter at a time, or parts of a single long one; 0 is one for each core.",
         ),
     ] = 1,
     as_json: Annotated[
@@ -67,6 +72,17 @@ def run(
         bool, typer.Option("--resume", help="Go on after a run that was stopped; what it completed stays.")
     ] = False,
     force: Force = False,
+    scheduler: Annotated[
+        str,
+        typer.Option(
+            metavar="ADDRESS",
+            help='A Dask scheduler, such as tcp://10.0.0.1:8786; or "local": processes here.',
+        ),
+    ] = "",
+    parts: Annotated[
+        bool,
+        typer.Option("--parts", help="Leave the parts of a single long log in a folder of Parquet files."),
+    ] = False,
 ) -> None:
     """Filter logs with a recipe.
 
@@ -75,19 +91,34 @@ def run(
     name only when it is complete; beside it, with ".quality.json" behind its name, a report on the log. A log that fails
     does not stop the others. One that is damaged from some row on fails too, but its result has what could be read.
 
+    A single long log goes through a linear filter in parts, if there are several workers; the result is that of one part to
+    rounding. With a scheduler its workers do the work.
+
     Exit status: 0, 1 if a log failed, 2 if nothing was done.
     """
     from compfilt.logs.recipe import load_recipe  # noqa: PLC0415 - help and usage errors do not wait for Arrow
     from compfilt.logs.run import plan, run_logs  # noqa: PLC0415
     from compfilt.logs.watch import JsonLines, Terminal  # noqa: PLC0415
 
+    run_all: Callable[..., list[Outcome]] = run_logs
+    if scheduler:
+        from compfilt.logs.cluster import run_scheduled  # noqa: PLC0415 - an extra of its own
+
+        run_all = partial(run_scheduled, scheduler)
+
     with _one_line("the same command with --resume goes on"):
         loaded = load_recipe(recipe)
         jobs = plan(logs, out, force=force, resume=resume)
         watch = JsonLines(jobs) if as_json else Terminal(jobs)
         try:
-            outcomes = run_logs(
-                loaded, jobs, workers=workers or os.cpu_count() or 1, force=force, resume=resume, watch=watch
+            outcomes = run_all(
+                loaded,
+                jobs,
+                workers=workers or os.cpu_count() or 1,
+                force=force,
+                resume=resume,
+                as_folder=parts,
+                watch=watch,
             )
         finally:
             watch.close()

@@ -10,6 +10,7 @@ Examples
 
 from compfilt.logs.errors import LogError, RecipeError, TruncatedLog, UsageError
 from compfilt.logs.faults import Faults
+from compfilt.logs.parts import run_in_parts
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.recipe import Recipe, load_recipe, parse_recipe
 from compfilt.logs.run import Job, Outcome, Summary, run_job, run_log, run_logs
@@ -29,6 +30,7 @@ __all__ = [
     "Watch",
     "load_recipe",
     "parse_recipe",
+    "run_in_parts",
     "run_job",
     "run_log",
     "run_logs",

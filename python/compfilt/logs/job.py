@@ -27,7 +27,13 @@ Advance = Callable[[int, int], object]
 
 
 def run_job(
-    recipe: Recipe, job: Job, *, force: bool = False, resume: bool = False, advance: Advance | None = None
+    recipe: Recipe,
+    job: Job,
+    *,
+    force: bool = False,
+    resume: bool = False,
+    advance: Advance | None = None,
+    run: Callable[..., Summary] | None = None,
 ) -> Outcome:
     """Do one job; what is wrong with the log stands in what is returned.
 
@@ -46,11 +52,13 @@ def run_job(
         stopped has left.
     advance
         Takes the progress.
+    run
+        Filters the log instead of :func:`run_log`, which it is called like.
     """
     try:
         if job.out.exists() and not force:
             return _found(recipe, job, resume=resume)
-        summary = run_log(recipe, job.log, job.out, resume=resume, advance=advance)
+        summary = (run or run_log)(recipe, job.log, job.out, resume=resume, advance=advance)
     except (LogError, UsageError) as error:
         return Outcome(job, "failed", str(error))
     message = f"{summary} -> {job.out}"

@@ -18,7 +18,7 @@ from compfilt.logs.readers.base import check_kinds, check_present
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.signals import from_numpy
 
-__all__ = ["Pipeline"]
+__all__ = ["Pipeline", "start_stream"]
 
 Values = npt.NDArray[np.floating]
 Times = npt.NDArray[np.float64]
@@ -79,7 +79,7 @@ class Pipeline:
         self.counts: dict[str, int] = {}
         self.faults = dict.fromkeys(Faults, 0)
         self._dtype = _dtype(recipe, schema)
-        self._stream = _start(recipe, self._dtype)
+        self._stream = start_stream(recipe, self._dtype)
         self.timeline = None
         if recipe.clock.column is not None:
             self.timeline = Timeline(recipe.clock.column, recipe.clock.unit, recipe.policy)
@@ -237,7 +237,7 @@ class Pipeline:
                 *(argument[part] for argument in arguments), t=None if seconds is None else seconds[part]
             )
             if start in anew:
-                estimate.flags[0] |= compfilt.Flags.RESTARTED
+                estimate.flags[0] |= np.uint8(compfilt.Flags.RESTARTED)
             for name, count in estimate.counts.items():
                 self.counts[name] = self.counts.get(name, 0) + int(count)
             estimates.append(estimate)
@@ -308,10 +308,10 @@ def _dtype(recipe: Recipe, schema: pa.Schema | None) -> type[np.floating]:
     return np.float32 if single else np.float64
 
 
-def _start(recipe: Recipe, dtype: type[np.floating]) -> Any:  # noqa: ANN401 - any stream
+def start_stream(recipe: Recipe, dtype: type[np.floating], **options: Any) -> Any:  # noqa: ANN401 - any stream
     """Make the filter and a stream of it; what the core refuses is an error of the recipe."""
     # Missing samples have been judged before they come here.
-    policy: dict[str, Any] = {"missing": "coast"}
+    policy: dict[str, Any] = {"missing": "coast", **options}
     if recipe.policy.hold is not None:
         policy["hold"] = recipe.policy.hold
     try:

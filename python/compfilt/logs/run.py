@@ -8,6 +8,7 @@ from pathlib import Path
 from compfilt.logs.errors import UsageError
 from compfilt.logs.job import run_job, run_log
 from compfilt.logs.outcome import Job, Outcome, Summary
+from compfilt.logs.parts import run_in_parts
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.readers import check_library
 from compfilt.logs.recipe import Recipe
@@ -68,6 +69,7 @@ def run_logs(
     workers: int = 1,
     force: bool = True,
     resume: bool = False,
+    as_folder: bool = False,
     watch: Watch | None = None,
 ) -> list[Outcome]:
     """Filter several logs; one that fails does not stop the others.
@@ -80,11 +82,14 @@ def run_logs(
         The logs and where their results go.
     workers
         How many logs to filter at a time, each in a process of its own. The results do not depend on it. More than one
-        need ``if __name__ == "__main__":`` in the script that asks for them, as all of Python's processes do.
+        need ``if __name__ == "__main__":`` in the script that asks for them, as all of Python's processes do. A single log
+        goes in parts to so many threads, as :func:`compfilt.logs.run_in_parts` does it.
     force
         Replace results that are there.
     resume
         Leave results that an earlier run completed, and go on with what it left.
+    as_folder
+        Leave the parts of a single log in a folder.
     watch
         Is told what happens.
 
@@ -103,11 +108,12 @@ def run_logs(
     watch = watch or Watch()
     if min(workers, len(jobs)) > 1:
         return run_in_workers(recipe, jobs, workers, watch, force=force, resume=resume)
+    run = functools.partial(run_in_parts, workers=workers, as_folder=as_folder) if workers > 1 else run_log
     outcomes = []
     for job in jobs:
         watch.began(job)
         advance = functools.partial(watch.advanced, job)
-        outcomes.append(run_job(recipe, job, force=force, resume=resume, advance=advance))
+        outcomes.append(run_job(recipe, job, force=force, resume=resume, advance=advance, run=run))
         watch.ended(outcomes[-1])
     return outcomes
 
