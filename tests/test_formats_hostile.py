@@ -308,7 +308,7 @@ def test_files_with_wrong_bytes(tmp_path, capfd, name):
     rng = np.random.default_rng(7)
     columns = Columns(tuple(names[signal] for signal in SIGNALS), (names["t"],))
     said = []
-    for _ in range(60):
+    for _ in range(30):
         damaged = bytearray(content)
         # The ends of a file, where its index stands, are the likeliest to mislead.
         ends = [*range(min(2000, len(content))), *range(max(0, len(content) - 2000), len(content))]
