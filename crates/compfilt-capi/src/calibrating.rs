@@ -145,7 +145,7 @@ pub unsafe extern "C" fn compfilt_calibrating(
     // SAFETY: the caller's promise is the same.
     let both = unsafe { (given(design), given_mut(filter)) };
     let (Ok(design), Ok(place)) = both else { return Status::Null };
-    if !(dt > 0.0) {
+    if dt.is_nan() || dt <= 0.0 {
         return Status::SamplePeriod;
     }
     made(design, dt).map(|core| place.store(core)).map_err(Status::from).into()

@@ -100,7 +100,7 @@ class Subject:
         period = numbers(1.0)[0].value / np.float32(self.fs)
         lines = [
             f"Written by compfilt {compfilt.__version__} from {self.source}: do not change it by hand.",
-            f"{self.title}, sample rate {self.fs:g} Hz, sample period {period} s.",
+            f"{self.title}, sample rate {self.fs:g} Hz, sample period {Number(period).decimal} s.",
             "Signals in SI units: rad, rad/s, m/s^2; float32 (binary32) throughout.",
         ]
         if isinstance(self.filter, Attitude) and self.filter.axes == "frd":
