@@ -23,10 +23,10 @@ import pyarrow.parquet as pq
 
 from compfilt.logs import parse_recipe, run_log
 from compfilt.logs.writers import ROWS_PER_GROUP
+from cost_memory import resident
 from timing import table
 
 COLUMNS = ("gx", "gy", "gz", "ax", "ay", "az")
-BATCH = 1 << 16
 RECIPES = {
     "PI": """
 version = 1
@@ -77,14 +77,8 @@ def copy(log: Path, out: Path) -> None:
         pq.ParquetFile(log, buffer_size=1 << 20, pre_buffer=False) as file,
         pq.ParquetWriter(out, file.schema_arrow, use_dictionary=False) as writer,
     ):
-        held: list[pa.RecordBatch] = []
-        for batch in file.iter_batches(BATCH, columns=list(COLUMNS)):
-            held.append(batch)
-            if len(held) * BATCH >= ROWS_PER_GROUP:
-                writer.write_table(pa.Table.from_batches(held))
-                held = []
-        if held:
-            writer.write_table(pa.Table.from_batches(held))
+        for batch in file.iter_batches(ROWS_PER_GROUP, columns=list(COLUMNS)):
+            writer.write_table(pa.Table.from_batches([batch]))
     with out.open("rb") as written:
         os.fsync(written.fileno())
 
@@ -97,22 +91,24 @@ def task_of(name: str) -> Callable[[Path, Path], object]:
     return lambda log, out: run_log(recipe, log, out)
 
 
-def measure(name: str, log: Path, out: Path) -> tuple[float, float]:
-    """Return the seconds and the peak of memory in MB, in a fresh process."""
+def measure(name: str, log: Path, out: Path) -> list[float]:
+    """Return the seconds, those that the cores spent, and the peak of memory in MB, in a fresh process."""
     command = [sys.executable, __file__, "--task", name, str(log), str(out)]
     answer = subprocess.check_output(command, text=True)  # noqa: S603
-    seconds, peak = answer.split()
     out.unlink()
-    return float(seconds), float(peak)
+    return [float(figure) for figure in answer.split()]
 
 
 def do_task(name: str, log: Path, out: Path) -> None:
     """Do it in this process, and tell."""
     task = task_of(name)
+    usage = resource.getrusage(resource.RUSAGE_SELF)
+    spent = usage.ru_utime + usage.ru_stime
     start = default_timer()
     task(log, out)
     seconds = default_timer() - start
-    print(seconds, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+    usage = resource.getrusage(resource.RUSAGE_SELF)
+    print(seconds, usage.ru_utime + usage.ru_stime - spent, resident("VmHWM") / 1e6)
 
 
 def main() -> None:
@@ -136,24 +132,15 @@ def main() -> None:
             [measure(name, log, Path(folder, "out.parquet")) for name in names]
             for _ in range(arguments.rounds)
         ]
-    best = [min(turn[place] for turn in rounds) for place in range(len(names))]
-    peaks = [max(turn[place][1] for turn in rounds) for place in range(len(names))]
     print(f"{arguments.rows} rows, {size / 1e6:.0f} MB\n")
-    print(
-        table(
-            ("", "s", "Mrows/s", "speed / pyarrow", "peak MB"),
-            [
-                (
-                    name,
-                    f"{seconds:.2f}",
-                    f"{arguments.rows / seconds / 1e6:.1f}",
-                    f"{best[0][0] / seconds:.2f}",
-                    f"{peak:.0f}",
-                )
-                for name, (seconds, _), peak in zip(names, best, peaks, strict=True)
-            ],
-        )
-    )
+    best = [[min(turn[place][figure] for turn in rounds) for figure in (0, 1)] for place in range(len(names))]
+    lines = []
+    for place, (name, (seconds, spent)) in enumerate(zip(names, best, strict=True)):
+        speed = arguments.rows / seconds / 1e6
+        peak = max(turn[place][2] for turn in rounds)
+        figures = (seconds, speed, best[0][0] / seconds, spent, best[0][1] / spent)
+        lines.append((name, *(f"{figure:.2f}" for figure in figures), f"{peak:.0f}"))
+    print(table(("", "s", "Mrows/s", "x pyarrow", "core s", "x pyarrow", "peak MB"), lines))
 
 
 if __name__ == "__main__":

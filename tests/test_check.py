@@ -1,8 +1,10 @@
 """What is said about a log before anyone filters it: faults put in on purpose are found, and none is invented."""
 
 import json
+import sys
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 
 import check
@@ -13,14 +15,16 @@ from compfilt.logs.check import check_log
 from compfilt.logs.check import segments as segments_module
 from compfilt.logs.check.channels import Channels
 from compfilt.logs.check.claims import by_names
+from compfilt.logs.check.fit import fit
 from compfilt.logs.check.mounting import decide, mended, turned_columns
 from compfilt.logs.check.segments import Slicer
 from compfilt.logs.check.source import Column, number_columns
 from compfilt.logs.check.times import Times, likely_unit
-from compfilt.logs.check.turning import MOUNTINGS, fit, try_mountings
+from compfilt.logs.check.turning import MOUNTINGS, try_mountings
 from handled import FORCE, GYRO, MAG, handled, save
 
-FAULTS = {fault.name: fault for fault in check.faults() if fault.name != "clean"}
+# Which way is up shows only where the body stands upright most of the time: see the test of the drive.
+FAULTS = {fault.name: fault for fault in check.faults() if fault.name not in {"clean", "acc. xyz negated"}}
 
 
 @pytest.fixture(scope="module")
@@ -43,11 +47,6 @@ def sliced(values, period, sizes=(10**9,)):
         slicer.follow(values[start:end], steps[start:end])
         start, turn = end, turn + 1
     return slicer.finish()
-
-
-def recipe_of(report, **lines):
-    """The report's recipe."""
-    return parse_recipe(report.recipe)
 
 
 # ------------------------------------------------------------------------------------------------------------ whole logs
@@ -126,8 +125,6 @@ def test_the_proposed_recipe_runs(log, tmp_path):
 
 
 def read(path, name):
-    import pyarrow.parquet as pq
-
     return pq.read_table(path)[name].to_numpy()
 
 
@@ -178,6 +175,20 @@ def test_a_simulated_drive_is_clean(tmp_path, seed):
     report = check_log(tmp_path / "seat.parquet")
     assert report.wrong == ()
     assert report.about("gyro unit")[0].what == "deg/s"
+
+
+def test_an_acceleration_in_place_of_a_specific_force(tmp_path):
+    """All three negated turns just as gravity does: only where it points gives it away."""
+    recipe = (
+        check.RECIPE.replace('"rad/s"', '"deg/s"')
+        .replace('"m/s^2"', '"g"')
+        .format(clock=check.TIME, magnetometer="")
+    )
+    log = simulate.child_seat(duration=60.0)
+    for sign, topics in ((1.0, []), (-1.0, ["direction of gravity"])):
+        simulate.write(check.scaled(FORCE, sign)(log), tmp_path / "seat.parquet")
+        report = check_log(tmp_path / "seat.parquet", parse_recipe(recipe))
+        assert [finding.topic for finding in report.wrong] == topics
 
 
 def test_a_unit_that_the_file_names_wrongly(tmp_path):
@@ -246,8 +257,6 @@ def test_failures_are_one_line(tmp_path, capsys):
 
 def run(*arguments):
     """The exit status of the command in this process."""
-    import sys
-
     before = sys.argv
     sys.argv = ["compfilt", *map(str, arguments)]
     try:
@@ -325,8 +334,7 @@ def parse_signal_text(text):
         (("timestamp_us", "gyro_x_dps", "gyro_y_dps", "gyro_z_dps", "acc_x_g", "acc_y_g", "acc_z_g"), "gyro_x_dps", "acc_x_g", "timestamp_us"),
         (("time", "AccX", "AccY", "AccZ", "GyrX", "GyrY", "GyrZ"), "GyrX", "AccX", "time"),
         (
-            ("stamp", "angular_velocity.x", "angular_velocity.y", "angular_velocity.z")
-            + tuple(f"linear_acceleration.{axis}" for axis in "xyz"),
+            ("stamp", *(f"{name}.{axis}" for name in ("angular_velocity", "linear_acceleration") for axis in "xyz")),
             "angular_velocity.x", "linear_acceleration.x", "stamp",
         ),
         (

@@ -16,7 +16,7 @@ from compfilt.logs import cluster, job, run_log, run_logs
 from compfilt.logs.cluster import LOCAL, connect, run_logs_on, run_long_log_on
 from compfilt.logs.errors import LogError, UsageError
 from compfilt.logs.frames import filter_frame
-from compfilt.logs.job import Job
+from compfilt.logs.outcome import Job
 from compfilt.logs.watch import Watch
 from test_parts import FILTERS, assert_alike, recipe, write_log
 
@@ -97,6 +97,17 @@ def test_a_task_that_is_repeated_finds_its_result(client, logs, tmp_path):
     outcomes = run_logs_on(client, recipe(), jobs, resume=True, force=False)
     assert [outcome.status for outcome in outcomes] == ["already done", "done", "done"]
     assert jobs[0].out.stat().st_mtime_ns == done
+
+
+def test_a_report_that_was_begun_goes(client, logs, tmp_path):
+    """A worker that is killed while it writes a report leaves it under a hidden name."""
+    jobs = jobs_in(tmp_path / "out", logs[:2])
+    begun = tmp_path / "out" / f".{jobs[0].out.name}.quality.json.0123abcd.part"
+    foreign = tmp_path / "out" / ".other.parquet.quality.json.0123abcd.part"
+    for path in (begun, foreign):
+        path.write_bytes(b"{")
+    run_logs_on(client, recipe(), jobs)
+    assert (begun.exists(), foreign.exists()) == (False, True)
 
 
 def test_results_that_are_there_stay(client, logs, tmp_path):

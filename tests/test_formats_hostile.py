@@ -1,6 +1,7 @@
 """Files made to do harm: little memory, one clear line, nothing of them is run and nothing beside them is read."""
 
 import gzip
+import re
 import struct
 import subprocess
 import sys
@@ -14,6 +15,7 @@ import pytest
 
 from compfilt.logs.errors import LogError, TruncatedLog
 from compfilt.logs.readers import Columns, open_log
+from format_files import FORMATS, SIGNALS, data, write
 
 MEMORY = 150 << 10
 """How many KiB more than the imports a log may take."""
@@ -59,11 +61,7 @@ def read(path, *columns, keep=()):
 @pytest.mark.parametrize("head", [b"", b"t,a\n", b"t,a\n1,2\n"])
 def test_a_gigabyte_of_zeros_in_a_megabyte(tmp_path, head):
     path = tmp_path / "log.csv.gz"
-    with gzip.open(path, "wb", 1) as file:
-        file.write(head)
-        zeros = bytes(1 << 24)
-        for _ in range(64):
-            file.write(zeros)
+    path.write_bytes(gzip.compress(head) + 64 * gzip.compress(bytes(1 << 24)))
     assert path.stat().st_size < 10 << 20
     rows, memory, message = measured(path, "a")
     assert memory < MEMORY
@@ -74,18 +72,18 @@ def test_a_gigabyte_of_zeros_in_a_megabyte(tmp_path, head):
     ]
 
 
-def test_a_gigabyte_of_zeros_in_an_array(tmp_path):
+def test_more_zeros_in_an_array_than_memory_may_be_taken(tmp_path):
     path = tmp_path / "log.npz"
     with (
         zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
         archive.open("a.npy", "w") as file,
     ):
-        file.write(npy_header((1 << 27,)))
+        file.write(npy_header((1 << 25,)))
         zeros = bytes(1 << 24)
-        for _ in range(64):
+        for _ in range(16):
             file.write(zeros)
     rows, memory, message = measured(path, "a")
-    assert (rows, message) == (1 << 27, "None")
+    assert (rows, message) == (1 << 25, "None")
     assert memory < MEMORY
 
 
@@ -96,7 +94,10 @@ def npy_header(shape, descr="<f8"):
 
 def test_a_row_of_200_megabytes(tmp_path):
     path = tmp_path / "log.csv"
-    path.write_bytes(b"t,a\n1,2\n3," + b"4" * 200_000_000 + b"\n5,6\n")
+    with path.open("wb") as file:
+        file.write(b"t,a\n1,2\n3,4")
+        file.seek(200_000_000)  # a hole, which is read as zeros
+        file.write(b"\n5,6\n")
     rows, memory, message = measured(path, "a")
     assert memory < MEMORY
     assert (rows, message) == (1, "the log cannot be read from row 2 on: a line is longer than 1048576 bytes")
@@ -136,9 +137,8 @@ def test_rows_that_are_declared_but_not_there(tmp_path):
         ("wide[7]", 'column "wide[7]" declares 10 rows, but only 0 of 10000000 pieces are stored'),
         ("thick", 'column "thick" is stored in pieces of more than 256 MB'),
     ]:
-        rows, memory, said = measured(tmp_path / "log.h5", name)
-        assert (rows, said) == (0, message)
-        assert memory < MEMORY
+        with pytest.raises(LogError, match=f"^{re.escape(message)}$"):
+            read(tmp_path / "log.h5", name)
 
 
 def test_a_parquet_file_that_declares_more_rows_than_it_has(tmp_path):
@@ -165,11 +165,11 @@ def test_many_rows_in_a_small_parquet_file(tmp_path):
     path = tmp_path / "log.parquet"
     with pq.ParquetWriter(path, pa.schema([("a", pa.float64())]), compression="zstd") as writer:
         zeros = pa.table({"a": np.zeros(10**6)})
-        for _ in range(100):
+        for _ in range(30):
             writer.write_table(zeros, row_group_size=10**6)
     assert path.stat().st_size < 1 << 20
     rows, memory, _ = measured(path, "a")
-    assert rows == 10**8
+    assert rows == 3 * 10**7
     assert memory < MEMORY
 
 
@@ -299,3 +299,27 @@ def test_files_of_noise(tmp_path, name, size):
             read(path, "/imu.x" if name in ("log.bag", "log.db3", "log.mcap") else "imu.x")
         assert str(error.value).isprintable()
         assert not isinstance(error.value, TruncatedLog)
+
+
+@pytest.mark.parametrize("name", [name for name in FORMATS if name != "bag.v2"])
+def test_files_with_wrong_bytes(tmp_path, capfd, name):
+    path, names, _ = write(tmp_path, name, data(200))
+    content = path.read_bytes()
+    rng = np.random.default_rng(7)
+    columns = Columns(tuple(names[signal] for signal in SIGNALS), (names["t"],))
+    said = []
+    for _ in range(60):
+        damaged = bytearray(content)
+        # The ends of a file, where its index stands, are the likeliest to mislead.
+        ends = [*range(min(2000, len(content))), *range(max(0, len(content) - 2000), len(content))]
+        for place in (*rng.choice(ends, 2), rng.integers(len(content))):
+            damaged[place] = rng.integers(256)
+        path.write_bytes(damaged)
+        try:
+            with open_log(path, columns) as reader:
+                assert sum(batch.num_rows for batch in reader.batches()) <= 200
+        except LogError as error:
+            said.append(str(error))
+    assert said
+    assert all(message.isprintable() for message in said)
+    assert capfd.readouterr().err == ""

@@ -283,6 +283,41 @@ def test_a_full_disk_keeps_what_is_sure(log, tmp_path):
     assert out.read_bytes() == (tmp_path / "whole.parquet").read_bytes()
 
 
+def mount(*options):
+    """Call the system's mount; whether it went well."""
+    program = shutil.which("mount")
+    return (
+        program is not None
+        and subprocess.run([program, *options], check=False, capture_output=True).returncode == 0
+    )
+
+
+@pytest.fixture
+def disk(tmp_path):
+    """A disk of a size that can be set, where the system lets us have one."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    if not mount("-t", "tmpfs", "-o", "size=160k", "tmpfs", str(folder)):
+        pytest.skip("no disk of our own: mounting takes a superuser on Linux")
+    yield folder
+    subprocess.run(["umount", str(folder)], check=True)
+
+
+@pytest.mark.parametrize("ending", ["parquet", "csv"])
+def test_a_disk_that_was_full_and_has_room_again(log, tmp_path, disk, ending):
+    recipe = parse_recipe(recipe_text())
+    out = disk / f"out.{ending}"
+    with pytest.raises(
+        LogError, match=r"cannot be written: No space left on device; --resume goes on from the"
+    ):
+        run_log(recipe, log, out)
+    assert names(disk) == [f".out.{ending}.part", f".out.{ending}.part.json"]
+    assert mount("-o", "remount,size=10m", str(disk))
+    assert run_log(recipe, log, out, resume=True).note.startswith("resumed at row ")
+    run_log(recipe, log, tmp_path / f"whole.{ending}")
+    assert out.read_bytes() == (tmp_path / f"whole.{ending}").read_bytes()
+
+
 def test_two_runs_do_not_write_the_same_result(log, tmp_path):
     pytest.importorskip("fcntl")
     recipe = parse_recipe(recipe_text())

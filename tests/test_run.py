@@ -4,6 +4,9 @@ import errno
 import gc
 import os
 import signal
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
@@ -376,6 +379,32 @@ def test_one_bad_log_does_not_stop_the_others(recipe, csv, parquet, tmp_path):
     assert outcomes[0].message.startswith("3000 samples, ")
     assert outcomes[0].message.endswith(f" -> {out / 'log.csv'}")
     assert outcomes[1].message == "cannot be read: No such file or directory"
+
+
+PEAK = """
+import sys
+from compfilt.logs import parse_recipe, run_log
+run_log(parse_recipe(sys.argv[1]), sys.argv[2], sys.argv[3])
+(peak,) = (line.split()[1] for line in open("/proc/self/status") if line.startswith("VmHWM"))
+print(int(peak) // 1024)
+"""
+
+
+def test_memory_does_not_grow_with_the_log(tmp_path):
+    if not Path("/proc/self/status").exists():
+        pytest.skip("only Linux tells the peak of a process's memory")
+    peaks = []
+    text = RECIPE.replace('"t", "note"', '"t", "x", "y", "z"')
+    for rows in (500_000, 3_000_000):
+        # One row group, which is the worst there is.
+        columns = {
+            name: np.random.default_rng(0).normal(size=rows) for name in ("angle", "rate", "x", "y", "z")
+        }
+        log = tmp_path / f"{rows}.parquet"
+        pq.write_table(pa.table({"t": 0.01 * np.arange(rows)} | columns), log, row_group_size=rows)
+        arguments = [sys.executable, "-c", PEAK, text, str(log), str(tmp_path / "out.parquet")]
+        peaks.append(int(subprocess.run(arguments, check=True, capture_output=True, text=True).stdout))
+    assert peaks[1] < peaks[0] + 60  # MB; the logs differ by 120
 
 
 def test_progress_adds_up_to_the_files_sizes(recipe, csv, parquet, tmp_path):

@@ -15,7 +15,7 @@ from tqdm import tqdm  # type: ignore[import-untyped]
 from compfilt.logs.errors import LogError, UsageError
 
 if TYPE_CHECKING:
-    from compfilt.logs.job import Outcome
+    from compfilt.logs.outcome import Outcome
 
 __all__ = ["run_app"]
 
@@ -50,7 +50,9 @@ def run(
     recipe: Annotated[
         Path, typer.Argument(metavar="RECIPE", help="A TOML file: columns, units, filter, output.")
     ],
-    logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="CSV or Parquet files.")],
+    logs: Annotated[
+        list[Path], typer.Argument(metavar="LOG...", help="Files of any format that can be read.")
+    ],
     out: Annotated[
         str,
         typer.Option("-o", "--out", metavar="OUT", help='A file; or a folder, or anything that ends in "/".'),
@@ -84,9 +86,10 @@ def run(
 ) -> None:
     """Filter logs with a recipe.
 
-    With several logs OUT is a folder, and each result has the name of its log. A result appears under its name only
-    when it is complete; beside it, with ".quality.json" behind its name, a report on the log. A log that fails does not
-    stop the others. One that is damaged from some row on fails too, but its result has what could be read.
+    Logs may be CSV, Parquet, Arrow, NumPy's .npz, HDF5, PX4's ULog, ROS bags and MCAP; a result is CSV, Parquet or Arrow by
+    its ending. With several logs OUT is a folder, and each result has the name of its log. A result appears under its
+    name only when it is complete; beside it, with ".quality.json" behind its name, a report on the log. A log that fails
+    does not stop the others. One that is damaged from some row on fails too, but its result has what could be read.
 
     A single long log goes through a linear filter in parts, if there are several workers; the result is that of one part to
     rounding. With a scheduler its workers do the work.

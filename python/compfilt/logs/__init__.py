@@ -1,6 +1,6 @@
 """Logs: recipes, readers and writers, and the pipeline that carries a filter's state through a file.
 
-Needs the extra ``logs``.
+Needs the extra ``logs``; some formats of logs need one more.
 
 Examples
 --------

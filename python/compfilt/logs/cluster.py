@@ -4,9 +4,11 @@ import contextlib
 import itertools
 import logging
 import os
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -14,8 +16,10 @@ from distributed import Client, KilledWorker, LocalCluster, as_completed
 
 import compfilt
 from compfilt.logs.errors import LogError, UsageError
-from compfilt.logs.job import Job, Outcome, run_job
+from compfilt.logs.job import run_job
+from compfilt.logs.outcome import Job, Outcome
 from compfilt.logs.parts import PART_ROWS, run_in_parts, why_in_order
+from compfilt.logs.quality import report_path
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.run import prepare
 from compfilt.logs.watch import Watch
@@ -30,6 +34,9 @@ IN_FLIGHT = 1000
 
 CONNECT_TIMEOUT = 10.0
 """Seconds to wait for a scheduler."""
+
+_BEGUN = re.compile(r"\.(.+)\.[0-9a-f]{8}\.part")
+"""The name of a file that appears when it is complete, until then."""
 
 
 def run_scheduled(
@@ -155,6 +162,7 @@ def run_logs_on(
         watch.advanced(job, job.log.stat().st_size if job.log.is_file() else 0, outcome.rows)
         watch.ended(outcome)
         outcomes[job] = outcome
+    _clean(fresh)
     return [outcomes[job] for job in jobs]
 
 
@@ -219,6 +227,18 @@ def _outcome(job: Job, future: Any) -> Outcome:  # noqa: ANN401
         return Outcome(job, "failed", why.replace("\n", " "))
     outcome: Outcome = future.result()
     return replace(outcome, job=job)
+
+
+def _clean(jobs: Sequence[Job]) -> None:
+    """Remove the reports that workers which died had begun; a result that was begun has been completed by another."""
+    reports: dict[Path, set[str]] = {}
+    for job in jobs:
+        reports.setdefault(job.out.parent, set()).add(report_path(job.out).name)
+    for folder, names in reports.items():
+        for path in folder.iterdir():
+            match = _BEGUN.fullmatch(path.name)
+            if match and match[1] in names:
+                path.unlink(missing_ok=True)
 
 
 def _check_address(scheduler: str) -> None:

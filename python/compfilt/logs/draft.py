@@ -52,6 +52,7 @@ class Draft:
         self._identity = dict(identity)
         self._part = out.with_name(f".{out.name}.part")
         self._checkpoint = out.with_name(f".{out.name}.part.json")
+        self._next_checkpoint = out.with_name(f".{out.name}.part.json.new")
         self._file: IO[bytes] | None = None
         self._sure = 0
         self._format = out.suffix.lower()
@@ -61,6 +62,7 @@ class Draft:
         # Not opened for appending: a file of another run must not change before it is known that the run is over.
         self._file = open(self._part, "r+b", opener=_create)  # noqa: SIM115 - Path.open has no opener
         self._lock()
+        self._next_checkpoint.unlink(missing_ok=True)
         self.leftover = os.fstat(self._file.fileno()).st_size > 0
         if resume:
             self._load()
@@ -137,12 +139,11 @@ class Draft:
         self._file.flush()
         os.fsync(self._file.fileno())
         size = os.fstat(self._file.fileno()).st_size
-        new = self._checkpoint.with_name(f"{self._checkpoint.name}.new")
-        with new.open("w", encoding="utf-8") as file:
+        with self._next_checkpoint.open("w", encoding="utf-8") as file:
             json.dump({"identity": self._identity, "bytes": size, "state": state}, file)
             file.flush()
             os.fsync(file.fileno())
-        new.replace(self._checkpoint)
+        self._next_checkpoint.replace(self._checkpoint)
         _sync_folder(self.out.parent)
         self._sure = size
         self.state = state
@@ -152,6 +153,8 @@ class Draft:
         assert self._file is not None
         self._file.flush()
         os.fsync(self._file.fileno())
+        if fcntl is None:
+            self._release()  # Windows gives no other name to what is open
         self._part.replace(self.out)
         _sync_folder(self.out.parent)
         self._checkpoint.unlink(missing_ok=True)
@@ -162,6 +165,7 @@ class Draft:
         if self._file is None:
             return
         if self._sure:
+            self._next_checkpoint.unlink(missing_ok=True)
             with contextlib.suppress(OSError, ValueError):
                 self._cut()
             self._release()
@@ -171,7 +175,7 @@ class Draft:
     def discard(self) -> None:
         """Remove everything."""
         if self._file is not None:
-            self._checkpoint.with_name(f"{self._checkpoint.name}.new").unlink(missing_ok=True)
+            self._next_checkpoint.unlink(missing_ok=True)
             self._checkpoint.unlink(missing_ok=True)
             self._part.unlink(missing_ok=True)
             self._release()

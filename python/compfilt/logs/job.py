@@ -1,116 +1,29 @@
 """One log: read, filtered and written at the same time, with checkpoints, and a report."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import pyarrow as pa
 
 from compfilt.logs.draft import Draft, open_draft
 from compfilt.logs.errors import LogError, TruncatedLog, UsageError
 from compfilt.logs.identity import describe
+from compfilt.logs.outcome import Job, Outcome, Summary
 from compfilt.logs.overlap import ahead, behind
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.quality import make_report, read_report, write_report
 from compfilt.logs.readers import LogReader, open_log
 from compfilt.logs.recipe import Recipe
-from compfilt.logs.writers import LogWriter, check_ending
+from compfilt.logs.writers import ROWS_PER_GROUP, LogWriter, check_ending
 
-__all__ = ["Advance", "Job", "Outcome", "Summary", "run_job", "run_log"]
+__all__ = ["Advance", "run_job", "run_log"]
 
 ROWS_PER_CHECKPOINT = 1 << 22
 """After how many rows there is a checkpoint: fixed, since the pieces of a result end there, whenever a run was stopped."""
 
 Advance = Callable[[int, int], object]
 """Called now and then with the bytes that were read and the rows that were filtered since the last call."""
-
-
-class Job(NamedTuple):
-    """One log and where its result goes."""
-
-    log: Path
-    out: Path
-
-
-@dataclass(frozen=True)
-class Summary:
-    """What happened to one log.
-
-    Attributes
-    ----------
-    rows
-        How many samples there were.
-    gaps
-        How many gaps there were in time.
-    counts
-        How many samples each of the filter's flags was set on.
-    faults
-        How many rows had each fault, by its name.
-    truncated
-        Why the log could not be read to its end, if so.
-    note
-        What else is worth saying, such as where an earlier run was taken up.
-    report
-        The report on the log's quality.
-
-    Examples
-    --------
-    >>> str(Summary(1000, 1, {"missing": 3, "held": 0}))
-    '1000 samples, 1 gap, 3 missing'
-    """
-
-    rows: int
-    gaps: int
-    counts: dict[str, int]
-    faults: dict[str, int] = field(default_factory=dict)
-    truncated: str = ""
-    note: str = ""
-    report: dict[str, Any] = field(default_factory=dict, repr=False)
-
-    def __str__(self) -> str:
-        parts = [f"{self.rows} samples"]
-        if self.gaps:
-            parts.append(f"{self.gaps} gap{'s' if self.gaps > 1 else ''}")
-        # What is missing is among the filter's counts.
-        faults = {name: count for name, count in self.faults.items() if name not in ("missing", "gap")}
-        parts += [
-            f"{count} {name.replace('_', ' ')}" for name, count in (self.counts | faults).items() if count
-        ]
-        return ", ".join(parts + ([self.note] if self.note else []))
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """How one job ended.
-
-    Attributes
-    ----------
-    job
-        The log and its result.
-    status
-        "done"; "truncated", if the log could be read to some row only; "already done", if an earlier run did it; "failed".
-    message
-        One line for a person, without the log's name.
-    rows
-        How many samples there were, as far as that is known.
-    report
-        The report on the log's quality, where there is a result.
-    """
-
-    job: Job
-    status: str
-    message: str
-    rows: int = 0
-    report: dict[str, Any] | None = None
-
-    @property
-    def failed(self) -> bool:
-        """Whether something was wrong with the log."""
-        return self.status in ("failed", "truncated")
-
-    def __str__(self) -> str:
-        return f"{self.job.log}: {self.message}"
 
 
 def run_job(
@@ -180,7 +93,7 @@ def run_log(
     resume: bool = False,
     advance: Advance | None = None,
     batch_bytes: int = 1 << 20,
-    batch_rows: int = 1 << 16,
+    batch_rows: int = ROWS_PER_GROUP,
 ) -> Summary:
     """Filter one log into one file, in bounded memory, and write a report on its quality beside it.
 
@@ -198,7 +111,8 @@ def run_log(
     advance
         Called now and then with the number of bytes read, and of rows filtered, since the last call.
     batch_bytes, batch_rows
-        How much is read at a time; the result does not depend on it.
+        How much is read at a time; the result does not depend on it. Batches of the size of a result's row groups are
+        written without a copy.
 
     Returns
     -------

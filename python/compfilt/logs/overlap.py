@@ -13,7 +13,7 @@ __all__ = ["ahead", "behind"]
 
 Item = TypeVar("Item")
 
-ROOM = 4
+ROOM = 2
 """How many items may wait: enough to even out what takes longer now and then, and little memory."""
 
 

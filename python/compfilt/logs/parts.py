@@ -17,8 +17,9 @@ import pyarrow as pa
 from compfilt.logs.draft import open_draft
 from compfilt.logs.errors import LogError, UsageError
 from compfilt.logs.identity import describe
-from compfilt.logs.job import Advance, Summary, run_log
+from compfilt.logs.job import Advance, run_log
 from compfilt.logs.merge import merge_states
+from compfilt.logs.outcome import Summary
 from compfilt.logs.partition import Part, PartitionedLog, open_in_parts, why_not_in_parts
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.quality import make_report, write_report

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from compfilt.logs.errors import UsageError
-from compfilt.logs.job import Job, Outcome, Summary, run_job, run_log
+from compfilt.logs.job import run_job, run_log
+from compfilt.logs.outcome import Job, Outcome, Summary
 from compfilt.logs.parts import run_in_parts
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.readers import check_library

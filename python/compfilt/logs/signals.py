@@ -63,8 +63,8 @@ def to_numpy(column: Any) -> npt.NDArray[Any]:  # noqa: ANN401 - an array of num
 
 def from_numpy(values: npt.NDArray[Any], kind: Any) -> Any:  # noqa: ANN401 - a type and an array of Arrow
     """Return an array of Arrow on the same memory, without a look for nulls, and without pandas."""
-    whole = np.ascontiguousarray(values, kind.to_pandas_dtype())
-    return pa.Array.from_buffers(kind, len(whole), [None, pa.py_buffer(whole.data)])
+    whole: Any = np.ascontiguousarray(values, kind.to_pandas_dtype())
+    return pa.Array.from_buffers(kind, len(whole), [None, pa.py_buffer(whole)])
 
 
 def parse_signal(

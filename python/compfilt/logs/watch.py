@@ -7,8 +7,9 @@ from typing import IO, Any
 
 from tqdm import tqdm  # type: ignore[import-untyped]
 
-from compfilt.logs.job import Job, Outcome
+from compfilt.logs.outcome import Job, Outcome
 from compfilt.logs.quality import table
+from compfilt.logs.readers import size_of
 
 __all__ = ["JsonLines", "Terminal", "Watch"]
 
@@ -43,7 +44,7 @@ class Terminal(Watch):
     def __init__(self, jobs: Sequence[Job], *, lines: bool = True) -> None:
         self._lines = lines
         self._shown = sys.stderr.isatty()
-        self._sizes = {job: job.log.stat().st_size if job.log.is_file() else 0 for job in jobs}
+        self._sizes = {job: size_of(job.log) if job.log.exists() else 0 for job in jobs}
         self._outcomes: list[Outcome] = []
         self._rows = 0
         self._bars: dict[Job, Any] = {}

@@ -12,7 +12,8 @@ from typing import Any, NoReturn
 
 import pyarrow as pa
 
-from compfilt.logs.job import Job, Outcome, run_job
+from compfilt.logs.job import run_job
+from compfilt.logs.outcome import Job, Outcome
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.watch import Watch
 

@@ -1,14 +1,16 @@
 """From rest to rest: gravity as the gyro carries it, against gravity as it is measured at the end."""
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
+from compfilt.logs.check.frame import turn
 from compfilt.logs.check.rests import Rest
 from compfilt.logs.check.segments import LENGTH
 from compfilt.logs.check.source import Array
 from compfilt.logs.check.survey import Survey
-from compfilt.logs.check.turning import SCALES, turn
+from compfilt.logs.check.turning import SCALES
 
 __all__ = ["Carried", "carry_between_rests"]
 
@@ -61,7 +63,7 @@ def carry_between_rests(survey: Survey, rests: list[Rest], bias: Array, matrix: 
     turns = ((segments.values[..., rates] - bias) * segments.durations[..., None]).reshape(-1, 3)
     numbers = np.repeat(segments.numbers, round(LENGTH))
     turned, misses = [], []
-    for before, after in zip(rests, rests[1:], strict=False):
+    for before, after in pairwise(rests):
         pieces = after.first // round(LENGTH) - before.last // round(LENGTH)
         whole = numbers[after.first] - numbers[before.last] <= pieces
         start, end = before.mean[force][:, None], after.mean[force][:, None]

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compfilt.logs.check.source import Array
+from compfilt.logs.check.source import Array, Mask
 
 __all__ = ["Channels", "Limit"]
 
@@ -38,7 +38,7 @@ class Channels:
         self._before: Array | None = None
         self._tops = [[np.empty((0, 2)), np.empty((0, 2))] for _ in range(count)]
 
-    def follow(self, values: Array) -> Array:
+    def follow(self, values: Array) -> Mask:
         """Take the next rows; return which of them are equal to the row before in every column."""
         before = np.full((1, values.shape[1]), np.nan) if self._before is None else self._before
         steps = np.diff(values, axis=0, prepend=before)
@@ -52,13 +52,13 @@ class Channels:
         self._follow_runs(values, changed, lively)
         for place in range(values.shape[1]):
             self._follow_tops(place, np.where(lively, values[:, place], np.nan))
-        same = ~changed.any(axis=1)
+        same: Mask = np.asarray(~changed.any(axis=1))
         self.repeated += int(same.sum())
         self.rows += len(values)
         self._before = values[-1:]
         return same
 
-    def _follow_runs(self, values: Array, changed: Array, lively: Array) -> None:
+    def _follow_runs(self, values: Array, changed: Mask, lively: Mask) -> None:
         """Find each column's longest run of one value, counted in rows in which the other columns change."""
         lasting = np.cumsum(lively)
         for place in range(values.shape[1]):
@@ -85,7 +85,8 @@ class Channels:
                 rows = at
             joined = np.concatenate((known, np.column_stack((signed, self.rows + rows))))
             if len(joined) > KEPT:
-                joined = joined[np.argpartition(-joined[:, 0], KEPT - 1)[:KEPT]]
+                # Of equal values the first, so that nothing depends on the batches.
+                joined = joined[np.lexsort((joined[:, 1], -joined[:, 0]))[:KEPT]]
             self._tops[place][end] = joined
 
     def limits(self, place: int) -> list[Limit]:
@@ -105,5 +106,5 @@ class Channels:
             near = int(np.sum(tops[:, 0] >= largest - NEAR * (high + low))) - len(at)
             places = 1 + int(np.sum(np.diff(np.sort(at[:, 1])) > 1.0))
             if len(at) >= 3 and len(at) > near:
-                found.append(Limit(sign * largest, len(at), places))
+                found.append(Limit(float(sign * largest), len(at), places))
         return found

@@ -49,7 +49,7 @@ def check_log(path: str | Path, recipe: Recipe | None = None) -> Report:
     Notes
     -----
     Time, missing and stuck values, and clipping are looked at for every recipe; units, axes, bias and delay where the recipe has one
-    ``gyro`` and one ``accelerometer``. A claim counts as wrong only where the log rules it out by four standard errors.
+    ``gyro`` and one ``accelerometer``. A claim counts as wrong only where the log rules it out by 3.5 standard errors.
 
     Examples
     --------
@@ -95,7 +95,7 @@ def _motion(seen: Survey) -> tuple[list[Finding], str]:
         yield from judge_length(length, seen.claims.triads["accelerometer"])
         yield from judge_gyro(seen, compared)
         yield from judge_direction(seen, rests, compared)
-        yield from judge_rests(seen, rests)
+        yield from judge_rests(rests)
         yield from judge_bias(seen, rests, scale, trusted=compared.trusted)
         yield from judge_offset(seen, rests, factor)
         yield from judge_delay(seen, compared, factor)

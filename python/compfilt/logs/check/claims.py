@@ -97,9 +97,7 @@ def by_recipe(recipe: Recipe) -> Claims:
     )
 
 
-TIME_NAME = re.compile(
-    r"(?i)^(t|time|timestamp|stamp|sample_?time\w*|.*\btime(_?stamp)?(us|ms|ns|s)?)$|^time[_ (\[]|^t_"
-)
+TIME_NAME = re.compile(r"(?i)^t$|^t[_ .(\[]|time|stamp|clock")
 TIME_UNITS = re.compile(r"(?i)[_ .(\[](ns|us|µs|ms|s|sec|seconds?|nsec|usec|msec)[)\]]?$")
 SPELLINGS = {"sec": "s", "second": "s", "seconds": "s", "nsec": "ns", "usec": "us", "msec": "ms"}
 SENSOR_NAMES = {
@@ -114,7 +112,7 @@ IN_NAMES = {
     "rads": "rad/s", "rad": "rad/s", "deg": "deg/s", "rad_s": "rad/s", "degs": "deg/s", "deg_s": "deg/s", "mps2": "m/s^2", "ms2": "m/s^2", "m_s2": "m/s^2",
     "ut": "uT", "nt": "nT", "mt": "mT",
 }  # fmt: skip
-AXIS = re.compile(r"(?i)^(.*?)([_ .\[(-]?)([xyz]|[012]|[123])([\])]?)((?:[_ .(\[].*)?)$")
+AXIS = re.compile(r"[xyzXYZ0-3]")
 
 
 def by_names(columns: Sequence[Column]) -> Claims:
@@ -139,19 +137,24 @@ def triads_without_names(columns: Sequence[Column]) -> list[Triad]:
     """Return what may be sensors if the names do not say it: groups by axis, or else every three columns in a row."""
     groups = [Triad(tuple(column.name for column in group)) for _, group in _groups(columns)]
     names = [column.name for column in columns]
-    return groups or [Triad(tuple(names[i : i + 3])) for i in range(min(len(names) - 2, 16))]
+    return (
+        groups
+        if len(groups) > 1
+        else [Triad(tuple(names[i : i + 3])) for i in range(min(len(names) - 2, 16))]
+    )
 
 
 def _groups(columns: Sequence[Column]) -> Iterator[tuple[str, list[Column]]]:
-    """Find columns whose names differ in an axis only; give what they have in common, and the three."""
+    """Find columns whose names differ in one letter or digit only, that of the axis; give the rest of the name, and the three."""
     stems: dict[tuple[str, str], dict[str, Column]] = {}
     for column in columns:
-        if match := AXIS.match(column.name):
-            stems.setdefault((match[1], match[5]), {})[match[3].lower()] = column
-    for (stem, tail), found in stems.items():
+        for match in AXIS.finditer(column.name):
+            around = column.name[: match.start()], column.name[match.end() :]
+            stems.setdefault(around, {})[match[0].lower()] = column
+    for (before, behind), found in stems.items():
         for axes in ("xyz", "012", "123"):
             if set(axes) <= set(found):
-                yield stem + tail, [found[axis] for axis in axes]
+                yield before.rstrip("_ .-[(") + behind.lstrip("])"), [found[axis] for axis in axes]
                 break
 
 

@@ -83,7 +83,7 @@ def judge_length(length: Length, triad: Triad) -> Iterator[Finding]:
         yield Finding("accelerometer unit", "note", length.unit.name, evidence, "" if triad.unit else fix)
 
 
-def judge_rests(survey: Survey, rests: list[Rest]) -> Iterator[Finding]:
+def judge_rests(rests: list[Rest]) -> Iterator[Finding]:
     """Yield how much rest there is."""
     seconds = sum(rest.seconds for rest in rests)
     if rests:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from compfilt.logs.check.report import Finding
+from compfilt.logs.check.report import Finding, Level
 from compfilt.logs.check.survey import Survey
 
 __all__ = ["judge_channels"]
@@ -27,7 +27,7 @@ def _missing(survey: Survey, place: int, name: str) -> Iterator[Finding]:
     count = int(survey.channels.missing[place])
     if count:
         part = 100.0 * count / survey.rows
-        level = "wrong" if part > 50.0 and not name.startswith("m") else "note"
+        level: Level = "wrong" if part > 50.0 and not name.startswith("m") else "note"
         yield Finding(
             "missing",
             level,

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from compfilt.logs.check.carry import Carried, carry_between_rests
+from compfilt.logs.check.fit import Fit, fit
 from compfilt.logs.check.mounting import Mounting, decide, mended
-from compfilt.logs.check.report import Finding
+from compfilt.logs.check.report import Finding, Level
 from compfilt.logs.check.rests import Rest
 from compfilt.logs.check.scale import GyroScale, read_scale
 from compfilt.logs.check.survey import Survey
-from compfilt.logs.check.turning import Fit, Trial, fit, try_mountings
+from compfilt.logs.check.turning import SURE, Trial, try_mountings
 
 __all__ = ["Comparison", "compare", "judge_gyro"]
 
@@ -53,7 +54,7 @@ def compare(survey: Survey, rests: list[Rest]) -> Comparison:
             continue
         start = trial.scale * trial.mounting
         trials[sensor] = trial, fit(survey.segments, rates, vector, bias, start)
-        if trial.sure and trial.unturned_margin > 4.0:
+        if trial.sure and trial.unturned_margin > SURE:
             scale = trial.scale
     gravity, field = (
         trials[name][0] if name in trials else None for name in ("accelerometer", "magnetometer")
@@ -106,7 +107,7 @@ def _scale(survey: Survey, seen: Comparison) -> Iterator[Finding]:
         yield Finding("gyro unit", "note", unit, evidence, fix)
     elif scale.unit is not None:
         fix = f"gyro = {mended(triad, seen.mounting.gyro, scale.unit.name)}"
-        level = "wrong" if triad.unit is not None else "note"
+        level: Level = "wrong" if triad.unit is not None else "note"
         what = f"the gyro is in {scale.unit.name}" + (
             f", not in {triad.unit.name}" if triad.unit is not None else ""
         )
@@ -154,7 +155,7 @@ def _axes(survey: Survey, seen: Comparison) -> Iterator[Finding]:
         return
     gravity = seen.trials.get("accelerometer")
     for sensor, (trial, _) in seen.trials.items():
-        if trial.sure and trial.accepts_axes:
+        if trial.sure and trial.identity_margin == 0.0:
             yield Finding(
                 "axes",
                 "note",
@@ -173,6 +174,8 @@ def _left_open(trial: Trial) -> str:
     """Say what the log does not tell."""
     if not trial.accepts_axes:
         return "they do not fit as claimed, and no other way is beyond doubt"
+    if trial.identity_margin > 0.0:
+        return "another way fits better than the claimed one, but not beyond doubt"
     return f"as claimed fits, but so do {len(trial.open) - 1} of the 47 other ways: there is too little turning to tell"
 
 

@@ -38,7 +38,7 @@ class Mounting:
     reason: str
 
 
-def decide(gravity: Trial | None, field: Trial | None) -> Mounting:
+def decide(gravity: Trial | None, field: Trial | None) -> Mounting:  # noqa: PLR0911 - one return a case
     """Choose the sensor that is to be changed: the one that two others agree against, or else the smallest change.
 
     The trials are those against the accelerometer and against the magnetometer, None where there is none to go by.

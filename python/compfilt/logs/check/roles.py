@@ -34,16 +34,16 @@ def by_behaviour(path: str | Path, columns: list[Column], named: Claims) -> Clai
     for gyro, force in permutations(triads.values(), 2):
         if set(gyro.columns) & set(force.columns):
             continue
-        rates, vector = (
-            slice(names.index(triad.columns[0]), names.index(triad.columns[0]) + 3) for triad in (gyro, force)
-        )
-        rests = find_rests(seen.segments, rates, vector)
+        places = [names.index(column) for column in (*gyro.columns, *force.columns)]
+        both = replace(seen.segments, values=seen.segments.values[..., places])
+        rates, vector = slice(0, 3), slice(3, 6)
+        rests = find_rests(both, rates, vector)
         bias = np.median([one.mean[rates] for one in rests], axis=0) if rests else np.zeros(3)
-        trial = try_mountings(seen.segments, rates, vector, bias)
+        trial = try_mountings(both, rates, vector, bias)
         if trial is None or not trial.sure or trial.unturned_margin < SURE:
             continue
         # Of gravity and the field, both of which the gyro turns, an accelerometer also feels the body's motion.
-        score = trial.unturned_margin + _roughness(seen.segments.values[..., vector])
+        score = trial.unturned_margin + _roughness(both.values[..., vector])
         if best is None or score > best[0]:
             best = score, gyro, force
     if best is None:

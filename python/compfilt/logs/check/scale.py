@@ -4,8 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from compfilt.logs.check.fit import Fit
 from compfilt.logs.check.survey import Survey
-from compfilt.logs.check.turning import SURE, WILD, Fit, Trial
+from compfilt.logs.check.turning import SURE, WILD, Trial
 from compfilt.logs.units import ANGULAR_RATE, Unit, parse_unit
 
 __all__ = ["GyroScale", "read_scale"]
@@ -13,7 +14,9 @@ __all__ = ["GyroScale", "read_scale"]
 SAME = 0.15
 """How far a factor may be off, as a logarithm, before it is wrong: a body's own motion pulls at it."""
 APART = 0.35
-"""The same for a unit to explain a factor: units lie apart by more than 10, ranges of sensors by 2."""
+"""The same for one of the two usual units to explain a factor: ranges of sensors lie apart by 2."""
+EXACT = 0.04
+"""The same for a rare unit, which raw counts may come near by chance: 16.4 of them are a degree per second."""
 UNITS = ("rad/s", "deg/s", "mrad/s", "mdps", "rpm")
 
 
@@ -38,7 +41,7 @@ class GyroScale(NamedTuple):
     @property
     def known(self) -> bool:
         """Whether the log says anything."""
-        return np.isfinite(self.error)
+        return bool(np.isfinite(self.error))
 
 
 def read_scale(survey: Survey, trials: list[tuple[Trial, Fit]], carried: float | None) -> GyroScale:
@@ -70,5 +73,9 @@ def read_scale(survey: Survey, trials: list[tuple[Trial, Fit]], carried: float |
         return GyroScale(factor, error, base, claimed=True)
     units = [parse_unit(name, ANGULAR_RATE) for name in UNITS]
     near = min(units, key=lambda unit: abs(np.log(factor * base.factor / unit.factor)))
-    unit = near if abs(np.log(factor * base.factor / near.factor)) < APART else None
+    unit = (
+        near
+        if abs(np.log(factor * base.factor / near.factor)) < (APART if near.name in UNITS[:2] else EXACT)
+        else None
+    )
     return GyroScale(factor, error, unit, claimed=False)

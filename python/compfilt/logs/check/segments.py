@@ -7,8 +7,9 @@ lie evenly over the log: 1024 pieces of 8 s and nine columns are 30 MB.
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from compfilt.logs.check.source import Array
+from compfilt.logs.check.source import Array, Mask
 
 __all__ = ["CELLS", "LENGTH", "Segments", "Slicer"]
 
@@ -71,7 +72,7 @@ class Slicer:
     def follow(self, values: Array, steps: Array) -> None:
         """Take the next rows and the seconds that lead to each, NaN or 0 for the first."""
         steps = np.where(np.isnan(steps), self._period, steps)
-        sound = np.isfinite(values).all(axis=1)
+        sound: Mask = np.asarray(np.isfinite(values).all(axis=1))
         breaks = np.flatnonzero((steps < 0.0) | (steps > self._break))
         rows = np.column_stack((steps, values))
         self._follow_head(rows, breaks)
@@ -86,7 +87,7 @@ class Slicer:
             self._rest = np.concatenate((self._rest, part))
             self._cut()
 
-    def _follow_head(self, rows: Array, breaks: Array) -> None:
+    def _follow_head(self, rows: Array, breaks: npt.NDArray[np.intp]) -> None:
         if not self._head_open:
             return
         end = int(breaks[0]) if len(breaks) else len(rows)
@@ -121,11 +122,11 @@ class Slicer:
         return Segments(stack[..., 1:], stack[..., 0], numbers, head)
 
 
-def _without(rows: Array, sound: Array) -> Array:
+def _without(rows: Array, sound: Mask) -> Array:
     """Leave out the rows that are not sound, and add their time to the next that is."""
     if sound.all():
         return rows
     passed = np.cumsum(rows[:, 0])
-    kept = rows[sound].copy()
+    kept: Array = rows[sound].copy()
     kept[:, 0] = np.diff(passed[sound], prepend=0.0)
     return kept

@@ -10,9 +10,10 @@ import pyarrow as pa
 
 from compfilt.logs.readers import Columns, open_log, read_schema
 
-__all__ = ["Array", "Chunk", "Column", "number_columns", "read_chunks"]
+__all__ = ["Array", "Chunk", "Column", "Mask", "number_columns", "read_chunks"]
 
 Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
 
 
 class Column(NamedTuple):
@@ -69,4 +70,4 @@ def read_chunks(path: str | Path, time: str | None, signals: Sequence[str]) -> I
                     if np.issubdtype(ticks.dtype, np.integer) or np.isfinite(ticks[0])
                     else ticks.dtype.type(0)
                 )
-            yield Chunk((ticks - origin).astype(np.float64), values)  # type: ignore[operator]
+            yield Chunk((ticks - origin).astype(np.float64), values)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from compfilt.logs.check.source import Array
+from compfilt.logs.check.source import Array, Mask
 from compfilt.logs.units import TIME, Unit, parse_unit
 
 __all__ = ["GAP", "Times", "likely_unit"]
@@ -67,7 +67,7 @@ class Times:
         self.untimed, self.back, self.gaps = Events(), Events(), Events()
         self.equal, self.repeated = Events(), Events()
 
-    def follow(self, ticks: Array, same: Array) -> Array:
+    def follow(self, ticks: Array, same: Mask) -> Array:
         """Take the next rows; return the steps that lead to them, NaN where there is none.
 
         `same` tells the rows that are equal to the row before in every signal.

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compfilt.logs.check.segments import Segments
+from compfilt.logs.check.frame import liveliest, misses
+from compfilt.logs.check.segments import LENGTH, Segments
 from compfilt.logs.check.source import Array
 
-__all__ = ["IDENTITY", "MOUNTINGS", "SCALES", "SURE", "WILD", "Fit", "Trial", "fit", "try_mountings", "turn"]
+__all__ = ["IDENTITY", "MOUNTINGS", "SCALES", "SURE", "WILD", "Trial", "try_mountings"]
 
 MOUNTINGS: Array = np.array(
     [
@@ -32,7 +33,7 @@ EXPLAINED = 0.25
 """A scale that leaves less than this part of the turn unexplained is looked for no further."""
 WILD = 20.0
 """Degrees by which gravity misses itself where a gyro turns it wildly."""
-SURE = 4.0
+SURE = 3.5
 """So many standard errors are beyond doubt."""
 LIKELY = 3.0
 """So many let the others be left out of account."""
@@ -40,8 +41,6 @@ SPANS = (2.0, 8.0 / 3.0, 4.0)
 """Seconds over which means are taken, before and after a moment: long enough for a hand's movements to average out."""
 SHORT = 1.0
 """The same for the search for a scale: short, so that a scale need not be met closely."""
-MOST_SEGMENTS = 48
-"""How many pieces of the log enter, those that turn most."""
 
 
 @dataclass(frozen=True)
@@ -104,16 +103,6 @@ class Trial:
         return any(np.array_equal(mounting, other) for other in self.open)
 
 
-@dataclass(frozen=True)
-class Fit:
-    """A free linear fit: the true rate is `matrix` times (reading - `bias`); standard errors beside them."""
-
-    matrix: Array
-    matrix_error: Array
-    scale: float
-    scale_error: float
-
-
 def try_mountings(
     segments: Segments, rates: slice, vector: slice, bias: Array, scale: float | None = None
 ) -> Trial | None:
@@ -132,7 +121,7 @@ def try_mountings(
     """
     if not len(segments):
         return None
-    chosen = _liveliest(segments, rates, bias)
+    chosen = liveliest(segments, rates, bias)
     turns = (segments.values[chosen][..., rates] - bias) * segments.durations[chosen][..., None]
     seen = segments.values[chosen][..., vector]
     if scale is None:
@@ -142,7 +131,7 @@ def try_mountings(
     # Short means are full of the body's accelerations, long ones are few and add up the gyro's errors.
     trials = []
     for span in SPANS:
-        trials.append(_judge(_misses(turns, seen, candidates, span), scale, span))
+        trials.append(_judge(misses(turns, seen, candidates, span), scale, span))
         if trials[-1].margin > SURE:
             break
     return max(trials, key=lambda trial: trial.margin)
@@ -150,44 +139,43 @@ def try_mountings(
 
 def _find_scale(turns: Array, seen: Array) -> float:
     """Choose the scale in which some mounting explains the vector; 1 where the log does not tell."""
-    unturned = _misses(turns, seen, np.zeros((1, 3, 3)), SPANS[0])[0]
-    claimed = _misses(turns, seen, MOUNTINGS, SPANS[0])
+    unturned = misses(turns, seen, np.zeros((1, 3, 3)), SPANS[0])[0]
+    claimed = misses(turns, seen, MOUNTINGS, SPANS[0])
     best = _least(claimed)
-    if _clearly_less(best, unturned) and best.mean() < EXPLAINED * unturned.mean():
+    if best.mean() < EXPLAINED * unturned.mean() and _singles_out(claimed, best):
         return 1.0
-    usual = _misses(turns, seen, np.concatenate([scale * MOUNTINGS for scale in SCALES]), SPANS[0])
-    place = int(usual.mean(axis=1).argmin()) // len(MOUNTINGS)
-    scale, best = SCALES[place], _least(usual)
-    rivals = _margins(usual[len(MOUNTINGS) * place : len(MOUNTINGS) * (place + 1)], best)
-    if np.sum(rivals < LIKELY) > 1:
+    usual = [misses(turns, seen, scale * MOUNTINGS, SPANS[0]) for scale in SCALES]
+    place = min(range(len(SCALES)), key=lambda place: float(usual[place].mean(axis=1).min()))
+    scale, best = SCALES[place], _least(usual[place])
+    if not _singles_out(usual[place], best):
         # A scale that fits singles out one mounting: this one may be a chance.
         found = _search_scale(turns, seen)
-        other = _least(_misses(turns, seen, found * MOUNTINGS, SPANS[0]))
+        other = _least(misses(turns, seen, found * MOUNTINGS, SPANS[0]))
         if _clearly_less(other, best):
             scale, best = found, other
     if _clearly_less(best, unturned) and _clearly_less(best, claimed[IDENTITY]):
         return scale
     # A gyro that turns wildly where gravity hardly moves is in degrees, even if what it turns is too little to show more.
-    degrees = usual[len(MOUNTINGS) * SCALES.index(np.pi / 180.0)]
-    wild = claimed.mean(axis=1).min() > WILD and degrees.mean() < 0.2 * claimed.mean(axis=1).min()
-    return np.pi / 180.0 if wild and _clearly_less(degrees, _least(claimed)) else 1.0
+    degrees = usual[SCALES.index(np.pi / 180.0)][IDENTITY]
+    least = _least(claimed)
+    wild = least.mean() > WILD and degrees.mean() < 0.2 * least.mean()
+    return np.pi / 180.0 if wild and _clearly_less(degrees, least) else 1.0
 
 
-def _least(misses: Array) -> Array:
+def _singles_out(missed: Array, best: Array) -> bool:
+    """Whether all mountings but one are left out of account."""
+    return int(np.sum(_margins(missed, best) < LIKELY)) == 1
+
+
+def _least(missed: Array) -> Array:
     """Return the row with the least mean."""
-    return misses[int(misses.mean(axis=1).argmin())]
+    return np.asarray(missed[int(missed.mean(axis=1).argmin())])
 
 
-def _liveliest(segments: Segments, rates: slice, bias: Array) -> Array:
-    """Choose the pieces that turn most, without one wild piece deciding."""
-    turned = np.abs(segments.values[..., rates] - bias).sum(axis=(1, 2))
-    return np.sort(np.argsort(-turned)[:MOST_SEGMENTS])
-
-
-def _judge(misses: Array, scale: float, span: float) -> Trial:
+def _judge(missed: Array, scale: float, span: float) -> Trial:
     """Compare candidates, (50, moments): 48 mountings in one scale, then the claim, then no turning at all."""
-    best = int(misses[:-2].mean(axis=1).argmin())
-    margins = _margins(misses, misses[best])
+    best = int(missed[:-2].mean(axis=1).argmin())
+    margins = _margins(missed, missed[best])
     margins[best] = 0.0
     mountings = margins[:-2]
     left = np.flatnonzero(mountings < LIKELY)
@@ -196,138 +184,41 @@ def _judge(misses: Array, scale: float, span: float) -> Trial:
     return Trial(
         MOUNTINGS[best],
         scale,
-        float(misses[best].mean()),
-        float(misses[-2].mean()),
-        float(misses[IDENTITY].mean()),
+        float(missed[best].mean()),
+        float(missed[-2].mean()),
+        float(missed[IDENTITY].mean()),
         float(margins[-2]),
         float(margins[IDENTITY]),
         float(margins[-1]),
         float(rivals.min()),
         MOUNTINGS[left],
-        misses.shape[1],
+        missed.shape[1],
         span,
     )
 
 
-def _margins(misses: Array, best: Array) -> Array:
-    """Return by how many standard errors misses, (h, moments), are worse than the best ones, (moments,).
+def _margins(missed: Array, best: Array) -> Array:
+    """Return by how many standard errors missed, (h, moments), are worse than the best ones, (moments,).
 
-    Moments are compared by the logarithm of their misses, so that a few wild ones do not decide, and those in which nothing turns
+    Moments are compared by the logarithm of their missed, so that a few wild ones do not decide, and those in which nothing turns
     say nothing. The sum over its own root of squares is about normal where neither is better.
     """
     floor = np.radians(0.5) + np.radians(np.median(best))
-    worse = np.log(floor**2 + np.radians(misses) ** 2) - np.log(floor**2 + np.radians(best) ** 2)
+    worse = np.log(floor**2 + np.radians(missed) ** 2) - np.log(floor**2 + np.radians(best) ** 2)
     return np.asarray(worse.sum(axis=-1) / (np.sqrt(np.sum(worse**2, axis=-1)) + 1e-12))
 
 
-def _clearly_less(misses: Array, others: Array) -> bool:
-    """Whether some misses are less than others, moment by moment, beyond doubt."""
-    return bool(_margins(others, misses) > SURE)
+def _clearly_less(missed: Array, others: Array) -> bool:
+    """Whether some missed are less than others, moment by moment, beyond doubt."""
+    return bool(_margins(others, missed) > SURE)
 
 
 def _search_scale(turns: Array, seen: Array) -> float:
     """Find a scale that is none of the usual ones, from those in which a body would turn at a credible rate."""
     few = np.linspace(0, len(turns) - 1, min(16, len(turns))).astype(int)
     turns, seen = turns[few], seen[few]
-    per_second = np.sqrt(np.mean(turns**2)) * turns.shape[1] / 8.0
+    per_second = np.sqrt(np.mean(turns**2)) * turns.shape[1] / LENGTH
     scales = np.geomspace(0.05, 12.0, 44) / max(per_second, 1e-12)
     matrices = np.concatenate([scale * MOUNTINGS for scale in scales])
-    misses = _misses(turns, seen, matrices, SHORT).mean(axis=1)
-    return float(scales[int(misses.argmin()) // len(MOUNTINGS)])
-
-
-def _misses(turns: Array, seen: Array, matrices: Array, span: float) -> Array:
-    """Return (h, moments): the angle in degrees between the means before and after, for each matrix."""
-    before, after = _means(turns, seen, matrices, span)
-    cross = np.linalg.norm(np.cross(before, after), axis=-1)
-    dot = (before * after).sum(axis=-1)
-    return np.degrees(np.arctan2(cross, dot)).reshape(len(matrices), -1)
-
-
-def _means(turns: Array, seen: Array, matrices: Array, span: float) -> tuple[Array, Array]:
-    """Return (h, moments, 3) twice: the mean of the vector before and after each moment, in the axes of the moment."""
-    pieces, cells, _ = turns.shape
-    size = round(cells * span / 8.0)
-    count = cells // size
-    turns = turns[:, : count * size].reshape(pieces * count, size, 3)
-    seen = seen[:, : count * size].reshape(pieces * count, size, 3)
-    # A smooth weight: what a body's own acceleration adds up to is its change of speed, and that hides in sharp ends.
-    weight = np.sin(np.pi * (np.arange(size) + 0.5) / size) ** 2
-    start = np.zeros((3, len(matrices), pieces * count))
-    end = np.zeros_like(start)
-    for cell in range(size - 1, -1, -1):
-        start += weight[cell] * seen[:, cell].T[:, None]
-        start = turn(start, np.einsum("hij,mj->ihm", matrices, turns[:, cell]))
-    for cell in range(size):
-        end = turn(end, np.einsum("hij,mj->ihm", matrices, -turns[:, cell]))
-        end += weight[cell] * seen[:, cell].T[:, None]
-    shape = (len(matrices), pieces, count, 3)
-    before = np.moveaxis(end, 0, -1).reshape(shape)[:, :, :-1]
-    after = np.moveaxis(start, 0, -1).reshape(shape)[:, :, 1:]
-    return before.reshape(len(matrices), -1, 3), after.reshape(len(matrices), -1, 3)
-
-
-def turn(v: Array, r: Array) -> Array:
-    """Turn vectors by rotation vectors, both (3, ...): Rodrigues' formula."""
-    # No angle is zero then, and what is left out is below rounding.
-    angle = np.sqrt(r[0] ** 2 + r[1] ** 2 + r[2] ** 2) + 1e-30
-    across = _cross(r, v)
-    twice = _cross(r, across)
-    across *= np.sin(angle) / angle
-    twice *= 2.0 * (np.sin(0.5 * angle) / angle) ** 2
-    across += twice
-    across += v
-    return across
-
-
-def _cross(a: Array, b: Array) -> Array:
-    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        np.multiply(a[j], b[k], out=out[i])
-        out[i] -= a[k] * b[j]
-    return out
-
-
-def fit(segments: Segments, rates: slice, vector: slice, bias: Array, start: Array) -> Fit:
-    """Refine a matrix by robust Gauss-Newton steps: nine parts of the matrix and three of the bias."""
-    chosen = _liveliest(segments, rates, bias)
-    durations = segments.durations[chosen][..., None]
-    readings, seen = segments.values[chosen][..., rates] - bias, segments.values[chosen][..., vector]
-    matrix, offset = start.copy(), np.zeros(3)
-    size = float(np.abs(start).max())
-    step = 1e-3 * size
-    for _ in range(3):
-        nudges = np.concatenate((np.zeros((1, 3, 3)), step * np.eye(9).reshape(9, 3, 3)))
-        turns = (readings - offset) * durations
-        before, after = _means(turns, seen, matrix + nudges, SPANS[0])
-        gaps = (after - before) / np.linalg.norm(before[:1], axis=-1, keepdims=True)
-        slope = np.moveaxis((gaps[1:] - gaps[0]) / step, 0, -1)
-        slopes = [slope]
-        for axis in range(3):
-            tilt = 1e-3 * np.eye(3)[axis] / size
-            before, after = _means((readings - offset - tilt) * durations, seen, matrix[None], SPANS[0])
-            moved = (after - before)[0] / np.linalg.norm(before[0], axis=-1, keepdims=True)
-            slopes.append(((moved - gaps[0]) * size / 1e-3)[..., None])
-        change, covariance = _robust(np.concatenate(slopes, axis=-1), gaps[0])
-        matrix, offset = matrix + change[:9].reshape(3, 3), offset + change[9:]
-    error = np.sqrt(np.diag(covariance))[:9].reshape(3, 3)
-    inside = np.abs(start) > 0.0
-    parts, weights = (matrix * np.sign(start))[inside], 1.0 / np.maximum(error[inside], 1e-12) ** 2
-    scale = float(np.sum(parts * weights) / np.sum(weights))
-    return Fit(matrix, error, scale, float(1.0 / np.sqrt(np.sum(weights))))
-
-
-def _robust(slopes: Array, gaps: Array) -> tuple[Array, Array]:
-    """Solve slopes x = -gaps by iterated least squares with Cauchy's weights; return x and its covariance."""
-    x = np.zeros(slopes.shape[-1])
-    prior = 1e-6 * np.eye(len(x)) * np.trace(np.einsum("mij,mik->jk", slopes, slopes)) / len(x)
-    weight = np.ones(len(gaps))
-    for _ in range(8):
-        information = np.einsum("m,mij,mik->jk", weight, slopes, slopes) + prior
-        x = -np.linalg.solve(information, np.einsum("m,mij,mi->j", weight, slopes, gaps))
-        left = gaps + slopes @ x
-        size = np.linalg.norm(left, axis=1)
-        weight = 1.0 / (1.0 + (size / (1.5 * np.median(size) + 1e-12)) ** 2)
-    scores = np.einsum("m,mij,mi->mj", weight, slopes, left)
-    inverse = np.linalg.inv(information)
-    return x, inverse @ (scores.T @ scores) @ inverse
+    missed = misses(turns, seen, matrices, SHORT).mean(axis=1)
+    return float(scales[int(missed.argmin()) // len(MOUNTINGS)])

@@ -40,7 +40,9 @@ def open_reader(path: Path, columns: Columns, _batch_bytes: int, batch_rows: int
     """
     with _source(path) as source:
         held = _stream(source).schema
-        check_present(held.names, columns.all)
+        with plain_errors(UnicodeDecodeError):
+            names = held.names
+        check_present(names, columns.all)
         check_kinds(held, columns)
         wanted = [held.get_field_index(name) for name in columns.all]
         source.seek(_start(source))

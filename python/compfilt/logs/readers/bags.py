@@ -15,10 +15,7 @@ from typing import Any, NamedTuple
 import pyarrow as pa
 from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.interfaces import Nodetype
-from rosbags.rosbag1 import ReaderError as Reader1Error
-from rosbags.rosbag2 import ReaderError as Reader2Error
-from rosbags.serde import SerdeError
-from rosbags.typesys import Stores, TypesysError, get_typestore
+from rosbags.typesys import Stores, get_typestore
 
 from compfilt.logs.errors import LogError, TruncatedLog, quoted
 from compfilt.logs.readers.base import (
@@ -43,22 +40,8 @@ RECEIVE_TIME = "receive_time"
 DEEPEST = 20
 """How deep types may lie in each other."""
 
-BROKEN = (
-    AnyReaderError,
-    Reader1Error,
-    Reader2Error,
-    SerdeError,
-    TypesysError,
-    ArithmeticError,
-    AssertionError,
-    AttributeError,
-    LookupError,
-    RuntimeError,
-    SyntaxError,
-    TypeError,
-    ValueError,
-)
-"""What rosbags and the libraries below it raise on damaged files, besides OSError."""
+BROKEN = (Exception,)
+"""What rosbags raises on damaged files: besides its own errors those of SQLite, zstd, lz4, bz2 and of Python itself."""
 
 TIMES = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
 """The types that are read as one column."""
@@ -139,7 +122,7 @@ def _gathered(rows: Iterator[tuple[Any, ...]], schema: pa.Schema, count: int) ->
             held.append(next(rows))
         except StopIteration:
             break
-        except (OSError, *BROKEN) as error:
+        except BROKEN as error:
             failure = error
         if len(held) >= count:
             yield _batch(held, schema)

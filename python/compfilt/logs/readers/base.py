@@ -21,7 +21,9 @@ __all__ = [
     "is_time",
     "plain_errors",
     "pyarrow_type",
+    "reason",
     "rows_or_truncated",
+    "size_of",
     "split_element",
 ]
 
@@ -76,7 +78,7 @@ class LogReader(Protocol):
 
 
 class Reading:
-    """A log whose number of rows is known, or whose position is that of a file that is read from front to back.
+    """A log that is being read, from what its format has to say about it.
 
     Parameters
     ----------

@@ -99,7 +99,10 @@ def _header(begin: bytes, separator: str) -> list[str]:
 
 def _sample(begin: bytes, separator: str, names: list[str]) -> Any:  # noqa: ANN401 - a table
     """Read some columns, whatever they hold; the damaged rows are named when the log is read."""
-    parse = pa.csv.ParseOptions(delimiter=separator, invalid_row_handler=lambda _: "skip")
+    parse = pa.csv.ParseOptions(delimiter=separator)
+    with contextlib.suppress(UnicodeDecodeError):
+        begin.decode()  # Arrow would decode a damaged row for what handles it, and print that it cannot
+        parse.invalid_row_handler = lambda _: "skip"
     with _plain_errors([]):
         return pa.csv.read_csv(
             io.BytesIO(begin),
