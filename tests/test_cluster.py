@@ -155,7 +155,7 @@ def allow_failures(count, dask_scheduler):
     return before
 
 
-def test_a_log_that_kills_every_worker_fails_alone(client, logs, tmp_path):
+def test_a_log_that_kills_its_workers_fails(client, logs, tmp_path):
     jobs = jobs_in(tmp_path / "out", logs[:4])
     client.register_plugin(Deadly(logs[2].name))
     before = client.run_on_scheduler(allow_failures, count=0)
@@ -164,11 +164,15 @@ def test_a_log_that_kills_every_worker_fails_alone(client, logs, tmp_path):
     finally:
         client.run_on_scheduler(allow_failures, count=before)
         client.unregister_worker_plugin("deadly")
-    failed = outcomes[2]
-    assert (failed.status, failed.message) == ("failed", "the worker that filtered it died (attempts: 1)")
-    # Others that the same worker had at hand may have shared its fate in a cluster that allows no failure.
+    assert (outcomes[2].status, outcomes[2].message) == (
+        "failed",
+        "the worker that filtered it died (attempts: 1)",
+    )
     assert not jobs[2].out.exists()
-    assert outcomes[0].status == "done"
+    # Dask blames what else the worker had at hand, too; whatever failed can be done again.
+    assert all(outcome.status == "done" or "died" in outcome.message for outcome in outcomes)
+    again = run_logs_on(client, recipe(), jobs, force=False, resume=True)
+    assert {outcome.failed for outcome in again} == {False}
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,6 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -121,7 +120,8 @@ def run_logs_on(
     """Filter logs, each by one worker; one that fails does not stop the others.
 
     The results are those of :func:`compfilt.logs.run_logs`, byte for byte. If a worker dies, others filter the logs that it
-    had. Logs and results must have the same absolute paths for all workers.
+    had. A log on which workers die again and again fails, and what they had at hand beside it may fail with it: `resume` does
+    that again. Logs and results must have the same absolute paths for all workers.
 
     Parameters
     ----------
@@ -231,13 +231,11 @@ def _outcome(job: Job, future: Any) -> Outcome:  # noqa: ANN401
 
 def _clean(jobs: Sequence[Job]) -> None:
     """Remove the reports that workers which died had begun; a result that was begun has been completed by another."""
-    reports: dict[Path, set[str]] = {}
-    for job in jobs:
-        reports.setdefault(job.out.parent, set()).add(report_path(job.out).name)
-    for folder, names in reports.items():
+    paths = {report_path(job.out) for job in jobs}
+    for folder in {path.parent for path in paths}:
         for path in folder.iterdir():
             match = _BEGUN.fullmatch(path.name)
-            if match and match[1] in names:
+            if match and folder / match[1] in paths:
                 path.unlink(missing_ok=True)
 
 
