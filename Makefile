@@ -53,6 +53,9 @@ test-firmware: $(EXTENSION)
 firmware: $(EXTENSION) ## Every filter on emulated microcontrollers: the bits of Python, and the costs (Debian: installs QEMU)
 	cd scripts && ../$(BIN)/python -m firmware
 
+firmware-c: $(EXTENSION) ## The C interface on the host and on a Cortex-M under QEMU: the bits of Python
+	PYTHON=$(BIN)/python sh scripts/firmware/c.sh
+
 lint: $(EXTENSION) ## Formatting, lints, types and documentation; warnings are errors
 	cargo fmt --check
 	cargo clippy --locked --quiet --workspace --all-targets -- --deny warnings
@@ -66,9 +69,6 @@ format: $(PACKAGES) ## Format everything
 	cargo fmt
 	$(BIN)/ruff check --quiet --fix
 	$(BIN)/ruff format --quiet
-
-firmware-c: $(EXTENSION) ## The C interface on the host and on a Cortex-M under QEMU: the bits of Python
-	PYTHON=$(BIN)/python sh scripts/firmware/c.sh
 
 instructions: $(PACKAGES) ## Instructions per sample of every filter against their budgets (callgrind)
 	$(BIN)/python scripts/count_instructions.py

@@ -93,24 +93,56 @@ impl Meter {
 }
 
 /// How much of the stack is looked at, in words.
-const DEPTH: usize = 1536;
+const DEPTH: usize = 2048;
+/// What others than the step may take of it.
+const OTHERS: usize = 64;
 const PAINT: u32 = 0xa5a5_5a5a;
 
-/// How many bytes of stack `run` takes below its caller.
-#[inline(never)]
-pub fn stack(run: impl FnOnce()) -> u32 {
-    let top: *mut u32;
+/// The deepest stack of a function so far.
+pub struct Stack {
+    words: usize,
+}
+
+impl Stack {
+    /// Paints the memory below the stack.
+    #[inline(never)]
+    pub fn painted() -> Self {
+        paint(stack_pointer(), DEPTH + OTHERS);
+        Self { words: 0 }
+    }
+
+    /// Runs something, and looks how far down the paint is gone.
+    #[inline(never)]
+    pub fn measure(&mut self, run: impl FnOnce()) {
+        let top = stack_pointer();
+        paint(top, self.words + OTHERS);
+        run();
+        let mut deepest = DEPTH;
+        // SAFETY: the stack has megabytes.
+        while deepest > self.words && unsafe { read_volatile(top.wrapping_sub(deepest)) } == PAINT {
+            deepest -= 1;
+        }
+        self.words = deepest;
+    }
+
+    /// In bytes, below the caller.
+    pub fn bytes(&self) -> u32 {
+        4 * self.words as u32
+    }
+}
+
+#[inline(always)]
+fn stack_pointer() -> *mut u32 {
+    let pointer;
     // SAFETY: reads a register.
-    unsafe { asm!("mov {}, sp", out(reg) top, options(nomem, nostack, preserves_flags)) };
-    for depth in 1..=DEPTH {
+    unsafe { asm!("mov {}, sp", out(reg) pointer, options(nomem, nostack, preserves_flags)) };
+    pointer
+}
+
+#[inline(always)]
+fn paint(top: *mut u32, words: usize) {
+    for depth in 1..=words {
         // SAFETY: the memory below the stack pointer belongs to nobody, and the stack has megabytes.
         unsafe { write_volatile(top.wrapping_sub(depth), PAINT) };
     }
-    run();
-    let mut deepest = DEPTH;
-    // SAFETY: as above.
-    while deepest > 0 && unsafe { read_volatile(top.wrapping_sub(deepest)) } == PAINT {
-        deepest -= 1;
-    }
-    4 * deepest as u32
 }

@@ -1,7 +1,7 @@
 //! Runs a filter over the recording and writes down all that came out and what it cost.
 
 use crate::host::File;
-use crate::meter::{self, Meter};
+use crate::meter::{Meter, Stack};
 use crate::recording::SAMPLES;
 
 /// The report as a file of the host: for every filter a head, then its outputs sample by sample; little-endian.
@@ -37,16 +37,13 @@ impl Report {
         step: impl Fn(F, &mut S, &I) -> O,
         outputs: impl Fn(&S, O) -> [f32; N],
     ) -> Option<()> {
-        let (mut stack, mut most, mut settled) = (0, 0, 0);
+        let (mut stack, mut most, mut settled) = (Stack::painted(), 0, 0);
         let mut state = start;
         for n in 0..SAMPLES {
             let (input, mut copy) = (input(n), state);
-            // Painting takes longer than the step: one sample in four has the start, rests, gaps and ends of blocks as well.
-            if n % 4 == 0 {
-                stack = stack.max(meter::stack(|| {
-                    step(function, &mut copy, &input);
-                }));
-            }
+            stack.measure(|| {
+                step(function, &mut copy, &input);
+            });
             let (_, count) =
                 self.meter.instructions(function, |timed| step(timed, &mut state, &input));
             most = most.max(count);
@@ -58,7 +55,7 @@ impl Report {
         for (place, letter) in head.name.iter_mut().zip(name.bytes()) {
             *place = letter;
         }
-        head.numbers = [N as u32, size_of::<S>() as u32, stack, most, settled];
+        head.numbers = [N as u32, size_of::<S>() as u32, stack.bytes(), most, settled];
         self.write(&head)?;
         // The same once more, for the outputs.
         let mut state = start;

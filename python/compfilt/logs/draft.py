@@ -166,8 +166,10 @@ class Draft:
             return
         if self._sure:
             self._next_checkpoint.unlink(missing_ok=True)
-            with contextlib.suppress(OSError, ValueError):
-                self._cut()
+            # What waits to be written would otherwise come behind the cut when the file is closed.
+            for step in (self._file.flush, self._cut):
+                with contextlib.suppress(OSError, ValueError):
+                    step()
             self._release()
         else:
             self.discard()

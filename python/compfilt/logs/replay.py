@@ -264,7 +264,7 @@ def _read(texts: list[str | None], name: str, first_row: int) -> Iterator[np.flo
         text = (text or "nan").strip()  # noqa: PLW2901
         try:
             if text[:2].lower() == "0x":
-                yield np.array(int(text, 16), np.uint32).view(np.float32)[()]
+                yield np.float32(np.uint32(int(text, 16)).view(np.float32))
             else:
                 yield np.float32(text)
         except (ValueError, OverflowError):

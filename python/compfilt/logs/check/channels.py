@@ -10,8 +10,8 @@ __all__ = ["Channels", "Limit"]
 
 KEPT = 512
 """How many of the largest and of the smallest values of a column are remembered."""
-NEAR = 0.05
-"""The part of the largest value below it in which a peak that is not cut off has more samples than at its top."""
+NEAR = 0.01
+"""The part of the whole range below the largest value in which a peak that is not cut off has more samples than at its top."""
 
 
 class Limit(NamedTuple):
@@ -103,7 +103,9 @@ class Channels:
             tops = self._tops[place][end]
             largest = tops[:, 0].max()
             at = tops[tops[:, 0] >= largest - 1e-9 * abs(largest)]
-            near = int(np.sum(tops[:, 0] >= largest - NEAR * (high + low))) - len(at)
+            # At least some steps of a coarse column: the top of a smooth peak lasts as long as those below it together.
+            band = max(NEAR * (high + low), 4.0 * self.smallest_step[place])
+            near = int(np.sum(tops[:, 0] >= largest - band)) - len(at)
             places = 1 + int(np.sum(np.diff(np.sort(at[:, 1])) > 1.0))
             if len(at) >= 3 and len(at) > near:
                 found.append(Limit(float(sign * largest), len(at), places))
