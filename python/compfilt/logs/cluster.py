@@ -4,6 +4,7 @@ import contextlib
 import itertools
 import logging
 import os
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -17,6 +18,7 @@ from compfilt.logs.errors import LogError, UsageError
 from compfilt.logs.job import run_job
 from compfilt.logs.outcome import Job, Outcome
 from compfilt.logs.parts import PART_ROWS, run_in_parts, why_in_order
+from compfilt.logs.quality import report_path
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.run import prepare
 from compfilt.logs.watch import Watch
@@ -31,6 +33,9 @@ IN_FLIGHT = 1000
 
 CONNECT_TIMEOUT = 10.0
 """Seconds to wait for a scheduler."""
+
+_BEGUN = re.compile(r"\.(.+)\.[0-9a-f]{8}\.part")
+"""The name of a file that appears when it is complete, until then."""
 
 
 def run_scheduled(
@@ -115,7 +120,8 @@ def run_logs_on(
     """Filter logs, each by one worker; one that fails does not stop the others.
 
     The results are those of :func:`compfilt.logs.run_logs`, byte for byte. If a worker dies, others filter the logs that it
-    had. Logs and results must have the same absolute paths for all workers.
+    had. A log on which workers die again and again fails, and what they had at hand beside it may fail with it: `resume` does
+    that again. Logs and results must have the same absolute paths for all workers.
 
     Parameters
     ----------
@@ -156,6 +162,7 @@ def run_logs_on(
         watch.advanced(job, job.log.stat().st_size if job.log.is_file() else 0, outcome.rows)
         watch.ended(outcome)
         outcomes[job] = outcome
+    _clean(fresh)
     return [outcomes[job] for job in jobs]
 
 
@@ -220,6 +227,16 @@ def _outcome(job: Job, future: Any) -> Outcome:  # noqa: ANN401
         return Outcome(job, "failed", why.replace("\n", " "))
     outcome: Outcome = future.result()
     return replace(outcome, job=job)
+
+
+def _clean(jobs: Sequence[Job]) -> None:
+    """Remove the reports that workers which died had begun; a result that was begun has been completed by another."""
+    paths = {report_path(job.out) for job in jobs}
+    for folder in {path.parent for path in paths}:
+        for path in folder.iterdir():
+            match = _BEGUN.fullmatch(path.name)
+            if match and folder / match[1] in paths:
+                path.unlink(missing_ok=True)
 
 
 def _check_address(scheduler: str) -> None:
