@@ -70,7 +70,7 @@ def filtered(path: Path, batch_bytes: int) -> tuple[pa.Table | None, str]:
 
 def try_csv(data: bytes) -> None:
     """A log gives the same rows and the same message however it is cut, or is refused."""
-    with tempfile.TemporaryDirectory(dir="/dev/shm" if Path("/dev/shm").is_dir() else None) as folder:
+    with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "log.csv"
         path.write_bytes(data)
         whole, said = filtered(path, 1 << 20)
@@ -85,7 +85,9 @@ TRIALS = {"recipe": try_recipe, "csv": try_csv}
 
 def main() -> None:
     """Fuzz one of the paths."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("path", choices=TRIALS)
     parser.add_argument("--seconds", type=int, default=600)
     arguments = parser.parse_args()

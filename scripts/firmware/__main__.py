@@ -48,7 +48,7 @@ def install(*, only_look: bool) -> bool:
     """Whether all is there that is needed."""
     if only_look:
         tools = (build.RUSTC, "qemu-system-arm", f"{build.BINUTILS}ld")
-        return all(map(shutil.which, tools))
+        return all(map(shutil.which, tools)) and build.has_sources()
     return subprocess.run(["sh", build.SCRIPTS / "install.sh"], check=False).returncode == 0
 
 

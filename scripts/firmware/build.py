@@ -40,6 +40,12 @@ def run(*command: str | Path, cwd: Path = ROOT, env: dict[str, str] | None = Non
     return done.stdout
 
 
+def has_sources() -> bool:
+    """Whether the compiler comes with the sources of its core library, which are built for the targets."""
+    library = Path(run(RUSTC, "--print", "sysroot").strip()) / "lib/rustlib/src/rust/library"
+    return (library / "core").is_dir()
+
+
 @dataclass(frozen=True)
 class Image:
     """Something linked."""

@@ -3,6 +3,8 @@
 #
 # PYTHON is one in which compfilt is installed. With "host" the chip is left out.
 set -eu
+# Cargo would take them instead of what is set here for a target.
+unset RUSTFLAGS CARGO_ENCODED_RUSTFLAGS
 cd "$(dirname "$0")/../.."
 PYTHON=${PYTHON:-python3}
 CC=${CC:-gcc}

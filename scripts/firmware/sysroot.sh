@@ -3,6 +3,8 @@
 #
 # Only this step uses what is not stable in cargo. Everything after it is an ordinary build with `--sysroot FOLDER`.
 set -eu
+# Cargo would take them instead of what is set here for a target.
+unset RUSTFLAGS CARGO_ENCODED_RUSTFLAGS
 folder=$1
 shift
 RUSTC=${RUSTC:-/usr/bin/rustc}

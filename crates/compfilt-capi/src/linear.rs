@@ -358,7 +358,7 @@ pub unsafe extern "C" fn compfilt_start_1(state: *mut State1) -> Status {
     unsafe { start(state, StreamState::new(), State1::NOTHING) }.into()
 }
 
-/// Starts a filter of order 1 from a known level 0; the others are zero.
+/// Starts a filter of order 1 from a known level 0; the others are zero. A NaN or infinite level is refused.
 ///
 /// # Safety
 /// `state` is NULL, or points to a state that nobody else uses.
@@ -366,6 +366,9 @@ pub unsafe extern "C" fn compfilt_start_1(state: *mut State1) -> Status {
 pub unsafe extern "C" fn compfilt_start_1_at(state: *mut State1, level0: f32) -> Status {
     let mut started = StreamState::new();
     started.start(level0);
+    if !(state.is_null() || level0.is_finite()) {
+        return Status::Sample;
+    }
     // SAFETY: the caller's promise is the same.
     unsafe { start(state, started, State1::NOTHING) }.into()
 }
@@ -436,7 +439,7 @@ pub unsafe extern "C" fn compfilt_start_2(state: *mut State2) -> Status {
     unsafe { start(state, StreamState::new(), State2::NOTHING) }.into()
 }
 
-/// Starts a filter of order 2 from a known level 0; the others are zero.
+/// Starts a filter of order 2 from a known level 0; the others are zero. A NaN or infinite level is refused.
 ///
 /// # Safety
 /// `state` is NULL, or points to a state that nobody else uses.
@@ -444,6 +447,9 @@ pub unsafe extern "C" fn compfilt_start_2(state: *mut State2) -> Status {
 pub unsafe extern "C" fn compfilt_start_2_at(state: *mut State2, level0: f32) -> Status {
     let mut started = StreamState::new();
     started.start(level0);
+    if !(state.is_null() || level0.is_finite()) {
+        return Status::Sample;
+    }
     // SAFETY: the caller's promise is the same.
     unsafe { start(state, started, State2::NOTHING) }.into()
 }
@@ -514,7 +520,7 @@ pub unsafe extern "C" fn compfilt_start_3(state: *mut State3) -> Status {
     unsafe { start(state, StreamState::new(), State3::NOTHING) }.into()
 }
 
-/// Starts a filter of order 3 from a known level 0; the others are zero.
+/// Starts a filter of order 3 from a known level 0; the others are zero. A NaN or infinite level is refused.
 ///
 /// # Safety
 /// `state` is NULL, or points to a state that nobody else uses.
@@ -522,6 +528,9 @@ pub unsafe extern "C" fn compfilt_start_3(state: *mut State3) -> Status {
 pub unsafe extern "C" fn compfilt_start_3_at(state: *mut State3, level0: f32) -> Status {
     let mut started = StreamState::new();
     started.start(level0);
+    if !(state.is_null() || level0.is_finite()) {
+        return Status::Sample;
+    }
     // SAFETY: the caller's promise is the same.
     unsafe { start(state, started, State3::NOTHING) }.into()
 }

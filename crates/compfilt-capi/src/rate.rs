@@ -31,18 +31,23 @@ unsafe impl Mirror for RateState {
     }
 }
 
-/// Starts a rate filter at `rate` in rad/s, which the gyro is taken to have read.
+/// Starts a rate filter at `rate` in rad/s, which the gyro is taken to have read. A NaN or infinite rate is refused.
 ///
 /// # Safety
 /// `state` is NULL, or points to a state that nobody else uses.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn compfilt_rate_start(state: *mut RateState, rate: f32) -> Status {
     // SAFETY: the caller's promise is the same.
-    unsafe { given_mut(state) }.map(|state| state.store(Core::new(rate))).into()
+    let Ok(state) = (unsafe { given_mut(state) }) else { return Status::Null };
+    if !rate.is_finite() {
+        return Status::Sample;
+    }
+    state.store(Core::new(rate));
+    Status::Ok
 }
 
 /// One sample: `gyro` in rad/s, `angular_acceleration` in rad/s^2. Where one of them is NaN or infinite, the answer says so and
-/// the state stays as it is. `filter` is made by `compfilt_first_order`.
+/// the state stays as it is. Where the filter itself overflows it starts anew at the gyro's rate. `filter` is made by `compfilt_first_order`.
 ///
 /// # Safety
 /// The pointers are NULL, or point to what they say; nobody else uses the state, nobody changes the filter.
@@ -62,6 +67,9 @@ pub unsafe extern "C" fn compfilt_rate_update(
     let gains = Gains::from_parts(filter.shifts, filter.ramp, filter.correction);
     let updated = state.core_mut().map(|state| {
         RateGains::from_parts(gains).update(state, gyro, angular_acceleration);
+        if !state.rate.levels[0].is_finite() {
+            *state = Core::new(gyro);
+        }
     });
     updated.into()
 }
