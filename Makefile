@@ -12,7 +12,7 @@ EXTENSION := $(VENV)/.extension
 BENCH := $(VENV)/.bench
 LARGEST := 1e7
 
-.PHONY: help develop demo examples test test-rust test-python test-firmware firmware firmware-c lint format instructions bench bench-rust bench-python cost vectors wheel clean
+.PHONY: help develop demo examples test test-rust test-python test-firmware firmware firmware-c lint format instructions bench bench-rust bench-python cost fuzz vectors wheel clean
 .DEFAULT_GOAL := help
 
 help: ## This list
@@ -88,11 +88,16 @@ bench-python: $(BENCH) ## Throughput against numpy.add, scipy, numba, vqf, ahrs 
 cost: $(BENCH) ## Time and memory against size: benches/results/cost.csv and cost.png; LARGEST=1e8 goes further
 	$(BIN)/python benches/cost.py --largest $(LARGEST)
 
+fuzz: $(EXTENSION) ## Ten minutes each of recipes and CSV logs that nobody would write; what reaches new code goes into tests/corpus
+	$(BIN)/python -m pip install --quiet --requirement requirements/fuzz.txt
+	set -e; for path in recipe csv; do $(BIN)/python scripts/fuzz.py $$path --seconds 600; done
+
 vectors: $(PACKAGES) ## Make the reference vectors anew
 	$(BIN)/python tests/vectors/make.py
 
 wheel: $(PACKAGES) ## A wheel and a source distribution in dist
-	$(BIN)/maturin build --release --locked --sdist --out dist
+	$(BIN)/maturin build --release --locked --out dist
+	$(BIN)/maturin sdist --out dist
 
 clean: ## Remove what was built
 	rm -rf target dist $(VENV)
