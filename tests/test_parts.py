@@ -162,17 +162,12 @@ def test_any_cut(group, part_rows, tmp_path_factory, both):
 
 
 @pytest.mark.usefixtures("only_parts")
-@pytest.mark.parametrize("name", ["log.feather", "log.arrow", "log.npz"])
+@pytest.mark.parametrize("name", ["log.feather", "log.arrow"])
 def test_other_formats(name, log, tmp_path_factory, both):
     table = pq.read_table(log)
     path = tmp_path_factory.mktemp("format") / name
-    if name == "log.npz":
-        columns = {column: table[column].to_numpy() for column in ("t", "u", "y")}
-        # What is carried along is a number here: text in NumPy's arrays is not read.
-        np.savez(path, **columns, note=np.arange(len(table)))
-    else:
-        compression = "lz4" if name == "log.feather" else "uncompressed"
-        pa.feather.write_feather(table, path, compression, chunksize=1300)
+    compression = "lz4" if name == "log.feather" else "uncompressed"
+    pa.feather.write_feather(table, path, compression, chunksize=1300)
     both(recipe("Butterworth 4"), path)
 
 
