@@ -281,6 +281,21 @@ def test_frames(logs, tmp_path):
         filter_frame(frame.drop(columns="u"), recipe())
 
 
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda frame: frame.assign(u="text"), 'column "u" holds'),
+        (lambda frame: frame.assign(y=True), 'column "y" holds bool'),
+        (lambda frame: pd.concat([frame, frame[["y"]]], axis=1), '2 columns "y"'),
+        (lambda frame: frame.assign(u=[1.0, "text"] * (len(frame) // 2)), "cannot be read"),
+    ],
+    ids=["text", "bool", "doubled", "mixed"],
+)
+def test_frames_that_cannot_be_filtered(change, words, logs):
+    with pytest.raises(LogError, match=words):
+        filter_frame(change(frame_of(logs[5])), recipe())
+
+
 def test_partitions_of_a_dask_frame(client, logs):
     """A partition is a log: the filter starts anew in each."""
     frames = dd.from_map(frame_of, logs[:4])

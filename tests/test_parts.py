@@ -17,7 +17,9 @@ from compfilt.logs.affine import AffineMap
 from compfilt.logs.errors import LogError, UsageError
 from compfilt.logs.partition import PartitionedLog, open_in_parts
 from compfilt.logs.parts import run_in_parts, why_in_order
+from compfilt.logs.parts_folder import folder_beside
 from compfilt.logs.recipe import parse_recipe
+from test_rows import declare_more
 
 RECIPE = """
 version = 1
@@ -162,17 +164,12 @@ def test_any_cut(group, part_rows, tmp_path_factory, both):
 
 
 @pytest.mark.usefixtures("only_parts")
-@pytest.mark.parametrize("name", ["log.feather", "log.arrow", "log.npz"])
+@pytest.mark.parametrize("name", ["log.feather", "log.arrow"])
 def test_other_formats(name, log, tmp_path_factory, both):
     table = pq.read_table(log)
     path = tmp_path_factory.mktemp("format") / name
-    if name == "log.npz":
-        columns = {column: table[column].to_numpy() for column in ("t", "u", "y")}
-        # What is carried along is a number here: text in NumPy's arrays is not read.
-        np.savez(path, **columns, note=np.arange(len(table)))
-    else:
-        compression = "lz4" if name == "log.feather" else "uncompressed"
-        pa.feather.write_feather(table, path, compression, chunksize=1300)
+    compression = "lz4" if name == "log.feather" else "uncompressed"
+    pa.feather.write_feather(table, path, compression, chunksize=1300)
     both(recipe("Butterworth 4"), path)
 
 
@@ -348,3 +345,58 @@ def test_nothing_stays_when_it_is_interrupted(log, tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         run_in_parts(recipe(), log, tmp_path / "out.parquet", part_rows=1000)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_file_that_declares_more_rows_than_it_has_is_truncated(tmp_path):
+    log = write_log(tmp_path / "log.parquet", rows=4000, group=1000, whole=True)
+    declare_more(log, 1000, 1010)
+    whole, parts = tmp_path / "whole.parquet", tmp_path / "parts.parquet"
+    expected = run_log(recipe(), log, whole)
+    found = run_in_parts(recipe(), log, parts, part_rows=1000)
+    assert found.truncated == expected.truncated
+    assert "in order, since the file declares rows that it does not have" in found.note
+    assert pq.read_table(parts).equals(pq.read_table(whole))
+
+
+def test_why_a_part_could_not_be_filtered_is_said(log, tmp_path, monkeypatch):
+    def full(*_arguments):
+        raise LogError("no room for a part")
+
+    monkeypatch.setattr(parts_module, "_filter", full)
+    assert (
+        "in order, since no room"
+        in run_in_parts(recipe(), log, tmp_path / "out.parquet", part_rows=1000).note
+    )
+
+
+@pytest.mark.parametrize("begun", [False, True])
+def test_resume_goes_in_order_only_if_a_run_in_order_has_left_something(begun, log, tmp_path):
+    if begun:
+        (tmp_path / ".out.parquet.part.json").write_text("{}", encoding="utf-8")
+    summary = run_in_parts(recipe(), log, tmp_path / "out.parquet", part_rows=1000, resume=True)
+    assert ("in order, since it was begun so" in summary.note) == begun
+
+
+def test_the_folder_of_a_run_that_was_killed_goes_and_that_of_one_that_works_stays(log, tmp_path):
+    for name in (".out.parquet.0123abcd.parts", ".other.parquet.0123abcd.parts"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "part-000000.parquet").write_bytes(b"begun")
+    with folder_beside(tmp_path / "out.parquet") as working:
+        run_in_parts(recipe(), log, tmp_path / "out.parquet", part_rows=1000)
+        assert {path for path in tmp_path.iterdir() if path.is_dir()} == {
+            working,
+            tmp_path / ".other.parquet.0123abcd.parts",
+        }
+    assert not working.exists()
+
+
+def test_what_a_worker_left_does_not_get_into_the_folder(log, tmp_path, monkeypatch):
+    filter_ = parts_module._filter
+
+    def died_before(whole, part, start, file):
+        file.with_name(f".{file.name}.0123abcd.part").write_bytes(b"begun")
+        return filter_(whole, part, start, file)
+
+    monkeypatch.setattr(parts_module, "_filter", died_before)
+    run_in_parts(recipe(), log, tmp_path / "out.parquet", part_rows=1000, as_folder=True)
+    assert all(path.name.startswith("part-") for path in (tmp_path / "out.parquet").iterdir())

@@ -22,16 +22,11 @@ def table():
     return pa.table({"unused": rng.normal(size=ROWS), "y": rng.normal(size=ROWS), "t": np.arange(ROWS)})
 
 
-def save_npz(table, path, **more):
-    np.savez(path, **{name: table[name].to_numpy() for name in table.column_names}, **more)
-
-
 WRITERS = {
     "parquet.parquet": lambda table, path: pq.write_table(table, path, row_group_size=77),
     "one.parquet": pq.write_table,
     "plain.arrow": lambda table, path: pa.feather.write_feather(table, path, "uncompressed", chunksize=130),
     "lz4.feather": lambda table, path: pa.feather.write_feather(table, path, "lz4", chunksize=130),
-    "arrays.npz": save_npz,
 }
 
 
@@ -56,22 +51,6 @@ def test_any_rows(ends, batch, log, table):
     assert all(0 < piece.num_rows <= batch for piece in batches)
     found = pa.Table.from_batches(batches, schema=reader.schema)
     assert found.equals(table.select(["t", "y"]).slice(start, stop - start))
-
-
-def test_columns_of_tables_and_foreign_bytes(tmp_path):
-    wide = np.arange(12.0).reshape(4, 3)
-    np.savez(tmp_path / "log.npz", rows=wide, columns=np.asfortranarray(wide), big=wide[:, 0].astype(">f8"))
-    names = ["rows[1]", "columns[2]", "big"]
-    schema = pa.schema([(name, pa.float64()) for name in names])
-    with rows.FORMATS[".npz"](tmp_path / "log.npz", schema) as reader:
-        (batch,) = reader.read(1, 3, 10)
-    assert batch.to_pydict() == {"rows[1]": [4.0, 7.0], "columns[2]": [5.0, 8.0], "big": [3.0, 6.0]}
-
-
-def test_what_is_compressed_is_refused(tmp_path, table):
-    np.savez_compressed(tmp_path / "log.npz", t=np.arange(3))
-    with pytest.raises(LogError, match='"t" is compressed'), opened(tmp_path / "log.npz", table, ["t"]):
-        pass
 
 
 def test_the_checks_are_those_of_every_log(tmp_path, table):
@@ -102,3 +81,53 @@ def test_a_damaged_file_is_a_log_error(tmp_path, table):
     path.write_bytes(whole)
     with pytest.raises(LogError), open_rows(path, Columns(("unused",))) as reader:
         next(reader.read(0, 100, 100))
+
+
+def test_an_arrow_file_that_points_beside_its_text_is_a_log_error(tmp_path):
+    """Reading it as it is would end the process."""
+    path = tmp_path / "log.arrow"
+    numbers = np.arange(1000, 1000 + ROWS)
+    text = pa.array([f"row {number}" for number in numbers])
+    pa.feather.write_feather(pa.table({"y": numbers * 1.0, "note": text}), path, "uncompressed")
+    offsets = np.arange(0, 8 * ROWS + 1, 8, dtype=np.int32).tobytes()
+    damaged = bytearray(path.read_bytes())
+    at = damaged.index(offsets) + 4 * (ROWS // 2)
+    damaged[at : at + 4] = np.int32(2**31 - 1).tobytes()
+    path.write_bytes(damaged)
+    with pytest.raises(LogError, match="damaged"), open_rows(path, Columns(("y",), keep=("note",))) as reader:
+        list(reader.read(0, ROWS, 100))
+
+
+def test_rows_that_a_parquet_file_only_declares(tmp_path):
+    """Those of the next row group are not taken in their place."""
+    path = tmp_path / "log.parquet"
+    pq.write_table(pa.table({"y": np.arange(900.0)}), path, row_group_size=300)
+    declare_more(path, 300, 310)
+    with open_rows(path, Columns(("y",))) as reader:
+        assert reader.starts == [0, 310, 620, 930]
+        assert sum(batch.num_rows for batch in reader.read(0, 300, 100)) == 300
+    with (
+        pytest.raises(LogError, match="rows that it does not have"),
+        open_rows(path, Columns(("y",))) as reader,
+    ):
+        list(reader.read(0, 320, 100))
+
+
+def declare_more(path, rows, more):
+    """Write other numbers of rows into a Parquet file's row groups."""
+    whole = path.read_bytes()
+    begin = len(whole) - 8 - int.from_bytes(whole[-8:-4], "little")
+    # A number in thrift's compact form, zigzag, as field 3 of a row group behind the field before it.
+    old, new = (b"\x16" + varint(2 * number) + b"\x26" for number in (rows, more))
+    footer = whole[begin:]
+    assert len(old) == len(new)
+    assert old in footer
+    path.write_bytes(whole[:begin] + footer.replace(old, new))
+
+
+def varint(number):
+    found = b""
+    while number >= 128:
+        found += bytes([number % 128 + 128])
+        number //= 128
+    return found + bytes([number])

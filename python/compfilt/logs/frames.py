@@ -6,6 +6,7 @@ import pyarrow as pa
 
 from compfilt.logs.errors import LogError
 from compfilt.logs.pipeline import Pipeline
+from compfilt.logs.readers.base import check_kinds, check_present, reason
 from compfilt.logs.recipe import Recipe
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ def filter_frame(frame: "pd.DataFrame", recipe: Recipe) -> "pd.DataFrame":
     Raises
     ------
     LogError
-        A column is not there, or the log cannot be filtered. The message names the column or the row.
+        A column is not there, is there twice or holds no numbers, or the log cannot be filtered. The message names the column or the row.
     RecipeError
         The filter cannot be built from the recipe.
 
@@ -66,9 +67,11 @@ def filter_frame(frame: "pd.DataFrame", recipe: Recipe) -> "pd.DataFrame":
     >>> logs = dd.read_parquet("logs/", split_row_groups=False, aggregate_files=False)  # doctest: +SKIP
     >>> logs.map_partitions(filter_frame, recipe).to_parquet("results/")  # doctest: +SKIP
     """
-    names = list(dict.fromkeys((*recipe.inputs, *recipe.output.keep)))
-    for name in names:
-        if name not in frame.columns:
-            raise LogError(f'there is no column "{name}" in the frame')
-    batch = pa.RecordBatch.from_pandas(frame[names], preserve_index=False)
+    # Labels that are no text are nothing that a recipe can name.
+    check_present([name for name in frame.columns if isinstance(name, str)], recipe.columns.all)
+    try:
+        batch = pa.RecordBatch.from_pandas(frame[recipe.columns.all], preserve_index=False)
+    except pa.ArrowException as error:
+        raise LogError(f"the frame cannot be read: {reason(error)}") from None
+    check_kinds(batch.schema, recipe.columns)
     return Pipeline(recipe, batch.schema).process(batch).to_pandas().set_axis(frame.index)

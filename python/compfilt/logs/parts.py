@@ -2,7 +2,6 @@
 
 import contextlib
 import secrets
-import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -15,12 +14,13 @@ import numpy.typing as npt
 import pyarrow as pa
 
 from compfilt.logs.draft import open_draft
-from compfilt.logs.errors import LogError, UsageError
+from compfilt.logs.errors import LogError
 from compfilt.logs.identity import describe
 from compfilt.logs.job import Advance, run_log
 from compfilt.logs.merge import merge_states
 from compfilt.logs.outcome import Summary
 from compfilt.logs.partition import Part, PartitionedLog, open_in_parts, why_not_in_parts
+from compfilt.logs.parts_folder import folder_beside
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.quality import make_report, write_report
 from compfilt.logs.recipe import Recipe
@@ -79,8 +79,8 @@ def run_in_parts(
 
     The result is that of :func:`run_log` to rounding: every sample goes through the same steps, and only the levels from
     which a part starts are rounded otherwise. It depends on `part_rows`, and not on who filters the parts. A log that is
-    shorter than one and a half parts goes the ordinary way, in order, and so does one that fails. If the filter is not
-    linear or the file can only be read in order, so does every log, and the summary's note says why.
+    shorter than one and a half parts goes the ordinary way, in order. So does one that fails in parts, and every log if the
+    filter is not linear or the file can only be read in order: then the summary's note says why.
 
     Parameters
     ----------
@@ -95,7 +95,8 @@ def run_in_parts(
         Make `out` a folder of Parquet files, a part each, which others read as one table. Nobody has to put the parts
         together then: it is what many workers need. A log that goes in order becomes one file all the same.
     resume
-        Go on with what a run that was stopped has left, in order.
+        Go on with what a run in order that was stopped has left, in order. A run in parts leaves nothing: the log is filtered
+        anew.
     advance
         Called now and then with the number of bytes, and of rows, done since the last call.
     workers
@@ -118,7 +119,7 @@ def run_in_parts(
     """
     log, out = Path(log), Path(out)
     check_ending(out, (".parquet",) if as_folder else FORMATS)
-    why = "it was begun so" if resume else why_in_order(recipe, log)
+    why = "it was begun so" if resume and _begun(out) else why_in_order(recipe, log)
     if why is None:
         try:
             whole = open_in_parts(recipe, log)
@@ -130,12 +131,17 @@ def run_in_parts(
                     return _run(whole, parts, out, submit, advance, as_folder=as_folder)
         except _NotAffineError:
             why = "the filter started anew after an overflow"
-        except LogError:
-            # In order it is found which row is the first to fail.
-            pass
+        except LogError as error:
+            # In order it is found which row is the first to fail; if none does, it is said what has.
+            why = str(error)
     summary = run_log(recipe, log, out, resume=resume, advance=advance)
     notes = [summary.note, f"in order, since {why}" if why else ""]
     return replace(summary, note=", ".join(filter(None, notes)))
+
+
+def _begun(out: Path) -> bool:
+    """Tell whether a run in order has left a checkpoint of this result: see :mod:`compfilt.logs.draft`."""
+    return out.with_name(f".{out.name}.part.json").exists()
 
 
 def _run(
@@ -177,7 +183,7 @@ def _one_file(out: Path, identity: Mapping[str, Any], schema: pa.Schema) -> Iter
     """Put the parts one behind the other."""
     with (
         open_draft(out, identity, resume=False) as draft,
-        _folder_beside(out) as folder,
+        folder_beside(out) as folder,
         draft.writer(schema) as writer,
     ):
         yield f"{folder}/{{}}.arrow", partial(_append, writer)
@@ -186,10 +192,15 @@ def _one_file(out: Path, identity: Mapping[str, Any], schema: pa.Schema) -> Iter
 @contextlib.contextmanager
 def _many_files(out: Path) -> Iterator[_Result]:
     """Leave the parts as they are, in a folder that gets its name when all are there."""
-    with _folder_beside(out) as folder:
-        yield f"{folder}/part-{{:06}}.parquet", lambda _file: None
+    with folder_beside(out) as folder:
+        done: set[Path] = set()
+        yield f"{folder}/part-{{:06}}.parquet", done.add
         if out.is_file():
             out.unlink()
+        # A worker that died has left what it had begun.
+        for path in folder.iterdir():
+            if path not in done:
+                path.unlink()
         folder.rename(out)
 
 
@@ -215,20 +226,6 @@ def _all(submit: Submit, work: Sequence[tuple[Any, ...]]) -> Iterator[list[Futur
         for future in running:
             with contextlib.suppress(Exception):
                 future.result()
-
-
-@contextlib.contextmanager
-def _folder_beside(out: Path) -> Iterator[Path]:
-    """Make a hidden folder for the parts, where there is room for the result too; it goes away with all it holds."""
-    folder = out.with_name(f".{out.name}.{secrets.token_hex(4)}.parts")
-    try:
-        folder.mkdir()
-    except OSError as error:
-        raise UsageError(f"{folder}: the folder cannot be made: {error.strerror}") from None
-    try:
-        yield folder
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
 
 
 def _filter(whole: PartitionedLog, part: Part, start: Levels | None, file: Path) -> dict[str, Any]:

@@ -1,14 +1,11 @@
 """Rows out of the middle of a log, for formats that can be read from anywhere."""
 
 import contextlib
-import struct
-import zipfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.parquet
 
@@ -17,10 +14,7 @@ from compfilt.logs.readers import Columns, open_log
 
 __all__ = ["RowReader", "can_read_rows", "open_rows"]
 
-LOCAL_HEADER = 30
-"""Bytes before the name of a member of a ZIP archive."""
-
-BROKEN = (pa.ArrowException, OSError, zipfile.BadZipFile, KeyError, ValueError)
+BROKEN = (pa.ArrowException, OSError, KeyError, ValueError)
 """What the libraries raise on damaged files."""
 
 
@@ -53,12 +47,17 @@ class _Parquet:
         self.starts = _starts([file.metadata.row_group(group).num_rows for group in groups])
 
     def read(self, start: int, stop: int, batch_rows: int) -> Iterator[pa.RecordBatch]:
-        first, last = _pieces(self.starts, start, stop)
-        batches = self._file.iter_batches(
-            batch_rows, row_groups=list(range(first, last)), columns=self.schema.names
-        )
-        ordered = (batch.select(self.schema.names) for batch in batches)
-        yield from _within(ordered, self.starts[first], start, stop)
+        for number in range(*_pieces(self.starts, start, stop)):
+            yield from _within(self._group(number, batch_rows), self.starts[number], start, stop)
+
+    def _group(self, number: int, batch_rows: int) -> Iterator[pa.RecordBatch]:
+        rows = self.starts[number + 1] - self.starts[number]
+        for batch in self._file.iter_batches(batch_rows, row_groups=[number], columns=self.schema.names):
+            rows -= batch.num_rows
+            yield batch.select(self.schema.names)
+        # The rows of the next group would come under the numbers of those that are not there.
+        if rows > 0:
+            raise LogError("the file declares rows that it does not have")
 
 
 class _Batches:
@@ -74,26 +73,12 @@ class _Batches:
     def read(self, start: int, stop: int, batch_rows: int) -> Iterator[pa.RecordBatch]:
         for number in range(*_pieces(self.starts, start, stop)):
             whole = self._reader.get_batch(number).select(self.schema.names)
+            # A damaged file must not make anything read beside the data; each row is looked at once.
+            whole.validate()
             pieces = (whole.slice(row, batch_rows) for row in range(0, whole.num_rows, batch_rows))
-            yield from _within(pieces, self.starts[number], start, stop)
-
-
-class _Arrays:
-    """Arrays of NumPy, which are mapped; there are no pieces."""
-
-    def __init__(self, arrays: Sequence[npt.NDArray[Any]], schema: pa.Schema) -> None:
-        self._arrays = arrays
-        self.schema = schema
-        self.starts = [0, len(arrays[0])]
-
-    def read(self, start: int, stop: int, batch_rows: int) -> Iterator[pa.RecordBatch]:
-        for row in range(start, stop, batch_rows):
-            rows = slice(row, min(row + batch_rows, stop))
-            # A column of a table is not in one piece, and the order of its bytes may not be the machine's.
-            columns = [
-                np.ascontiguousarray(array[rows], array.dtype.newbyteorder("=")) for array in self._arrays
-            ]
-            yield pa.RecordBatch.from_arrays([pa.array(column) for column in columns], schema=self.schema)
+            for piece in _within(pieces, self.starts[number], start, stop):
+                piece.validate(full=True)
+                yield piece
 
 
 @contextlib.contextmanager
@@ -114,38 +99,11 @@ def _open_arrow(path: Path, schema: pa.Schema) -> Iterator[RowReader]:
             yield _Batches(reader, schema)
 
 
-@contextlib.contextmanager
-def _open_npz(path: Path, schema: pa.Schema) -> Iterator[RowReader]:
-    with zipfile.ZipFile(path) as archive:
-        yield _Arrays([_mapped(archive, path, name) for name in schema.names], schema)
-
-
-def _mapped(archive: zipfile.ZipFile, path: Path, name: str) -> npt.NDArray[Any]:
-    """Map a column of an archive: an array, or ``name[0]`` of one that has columns."""
-    member, _, number = (name, "", "") if f"{name}.npy" in archive.namelist() else name.rpartition("[")
-    info = archive.getinfo(f"{member}.npy")
-    if info.compress_type != zipfile.ZIP_STORED:
-        raise LogError(f'the array "{member}" is compressed: it can only be read in order')
-    with archive.open(info) as file:
-        version = np.lib.format.read_magic(file)
-        headers = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
-        shape, by_columns, dtype = headers[version](file)
-        # Behind the headers: the archive's for the member, with a name and extras, and NumPy's.
-        begin = file.tell()
-    with path.open("rb") as raw:
-        raw.seek(info.header_offset)
-        lengths = struct.unpack("<HH", raw.read(LOCAL_HEADER)[-4:])
-    begin += info.header_offset + LOCAL_HEADER + sum(lengths)
-    array = np.memmap(path, dtype, "r", begin, shape, "F" if by_columns else "C")
-    return array[:, int(number[:-1])] if number else array
-
-
 FORMATS: dict[str, Callable[[Path, pa.Schema], contextlib.AbstractContextManager[RowReader]]] = {
     ".parquet": _open_parquet,
     ".arrow": _open_arrow,
     ".feather": _open_arrow,
     ".ipc": _open_arrow,
-    ".npz": _open_npz,
 }
 """The endings of the files whose rows can be reached, and how."""
 
