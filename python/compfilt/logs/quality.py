@@ -102,7 +102,8 @@ def _rate(timeline: Timeline) -> Report:
         "jitter_seconds": None,
     }
     if low is not None and middle is not None and high is not None:
-        report["rate_hz"] = 1.0 / middle if middle else None
+        rate = 1.0 / middle if middle else math.inf
+        report["rate_hz"] = rate if math.isfinite(rate) else None
         report["jitter_seconds"] = 0.5 * (high - low)
     return report
 
