@@ -348,3 +348,22 @@ def test_nothing_stays_when_it_is_interrupted(log, tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         run_in_parts(recipe(), log, tmp_path / "out.parquet", part_rows=1000)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.usefixtures("only_parts")
+@pytest.mark.parametrize("as_folder", [False, True])
+def test_a_report_that_cannot_be_written_leaves_the_result_and_no_other_report(
+    log, tmp_path, monkeypatch, as_folder
+):
+    out = tmp_path / "out.parquet"
+    run_in_parts(recipe(), log, out, part_rows=1000)
+    old = pq.read_table(out)
+
+    def full(_report, _out):
+        raise LogError("no space left")
+
+    monkeypatch.setattr(parts_module, "write_report", full)
+    with pytest.raises(LogError, match="no space left"):
+        run_in_parts(recipe("PI, slow"), log, out, part_rows=1000, as_folder=as_folder)
+    assert [path.name for path in tmp_path.iterdir()] == ["out.parquet"]
+    assert not pq.read_table(out).equals(old)

@@ -14,7 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from compfilt.logs import job, run_log, writers
+from compfilt.logs import draft, job, run_log, writers
 from compfilt.logs.errors import LogError
 from compfilt.logs.job import run_job
 from compfilt.logs.recipe import parse_recipe
@@ -316,6 +316,37 @@ def test_a_disk_that_was_full_and_has_room_again(log, tmp_path, disk, ending):
     assert run_log(recipe, log, out, resume=True).note.startswith("resumed at row ")
     run_log(recipe, log, tmp_path / f"whole.{ending}")
     assert out.read_bytes() == (tmp_path / f"whole.{ending}").read_bytes()
+
+
+def test_a_report_never_stands_beside_another_result(log, tmp_path, monkeypatch):
+    old, new = (parse_recipe(recipe_text().replace("kp = 2.0", f"kp = {kp}")) for kp in (2.0, 2.5))
+    work = Job(log, tmp_path / "out.csv")
+    run_job(old, work)
+    before = work.out.read_bytes()
+
+    def die(_draft):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(draft.Draft, "complete", die)
+        with pytest.raises(KeyboardInterrupt):
+            run_job(new, work, force=True)
+    assert work.out.read_bytes() == before
+    assert run_job(new, work, resume=True).status == "failed"
+    assert run_job(new, work, force=True, resume=True).status == "done"
+    assert work.out.read_bytes() != before
+
+
+def test_a_report_that_cannot_be_written_leaves_the_result(log, tmp_path, monkeypatch):
+    recipe = parse_recipe(recipe_text())
+    run_log(recipe, log, tmp_path / "whole.csv")
+
+    def full(_report, _out):
+        raise LogError("out.csv.quality.json cannot be written: No space left on device")
+
+    monkeypatch.setattr(job, "write_report", full)
+    assert run_job(recipe, Job(log, tmp_path / "out.csv")).message.endswith("No space left on device")
+    assert (tmp_path / "out.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
 
 
 def test_two_runs_do_not_write_the_same_result(log, tmp_path):

@@ -12,7 +12,7 @@ from compfilt.logs.identity import describe
 from compfilt.logs.outcome import Job, Outcome, Summary
 from compfilt.logs.overlap import ahead, behind
 from compfilt.logs.pipeline import Pipeline
-from compfilt.logs.quality import make_report, read_report, write_report
+from compfilt.logs.quality import make_report, read_report, report_path, write_report
 from compfilt.logs.readers import LogReader, open_log
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.writers import ROWS_PER_GROUP, LogWriter, check_ending
@@ -148,7 +148,9 @@ def run_log(
                 )
             truncated = _filter(reader, pipeline, draft, _Progress(reader, advance, pipeline.rows))
             report = make_report(log, out, identity, pipeline, truncated)
-            write_report(report, out)
+            # Never a report beside a result that it is not of: a result without one is not taken for complete.
+            report_path(out).unlink(missing_ok=True)
+        write_report(report, out)
     counts = pipeline.counts
     return Summary(pipeline.rows, pipeline.gaps, counts, report["faults"], truncated, note, report)
 
