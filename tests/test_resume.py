@@ -218,7 +218,7 @@ def test_without_resume_a_run_begins_anew_and_says_so(log, tmp_path):
     assert names(tmp_path) == ["out.csv", "out.csv.quality.json"]
 
 
-@pytest.mark.parametrize("change", ["recipe", "log", "touched", "checkpoint", "bytes"])
+@pytest.mark.parametrize("change", ["recipe", "log", "touched", "checkpoint", "infinite", "nested", "bytes"])
 def test_what_belongs_to_something_else_is_not_taken_up(log, tmp_path, change):
     recipe = parse_recipe(recipe_text())
     copy = tmp_path / "log.parquet"
@@ -237,6 +237,11 @@ def test_what_belongs_to_something_else_is_not_taken_up(log, tmp_path, change):
         saved = json.loads(checkpoint.read_text())
         saved["state"]["stream"] = ["nonsense"]
         checkpoint.write_text(json.dumps(saved))
+    elif change == "infinite":
+        saved = json.loads(checkpoint.read_text())
+        checkpoint.write_text(json.dumps({**saved, "bytes": float("inf")}).replace("Infinity", "1e999"))
+    elif change == "nested":
+        checkpoint.write_text("[" * 100_000)
     else:
         part.write_bytes(part.read_bytes()[:100])
     summary = run_log(recipe, copy, out, resume=True)

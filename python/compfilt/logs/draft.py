@@ -92,7 +92,7 @@ class Draft:
     def _load(self) -> None:
         """Find the last checkpoint, if it belongs to the same work and all of its rows are there."""
         assert self._file is not None
-        with contextlib.suppress(OSError, ValueError, TypeError, KeyError):
+        with contextlib.suppress(OSError, ValueError, TypeError, KeyError, OverflowError, RecursionError):
             saved = json.loads(self._checkpoint.read_text(encoding="utf-8"))
             size = int(saved["bytes"])
             if saved["identity"] == self._identity and 0 < size <= os.fstat(self._file.fileno()).st_size:

@@ -1,5 +1,6 @@
 """One log: read, filtered and written at the same time, with checkpoints, and a report."""
 
+import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -61,6 +62,11 @@ def run_job(
         summary = (run or run_log)(recipe, job.log, job.out, resume=resume, advance=advance)
     except (LogError, UsageError) as error:
         return Outcome(job, "failed", str(error))
+    except Exception as error:  # whatever it is, it is this log's
+        if os.environ.get("COMPFILT_TRACEBACK") == "1":
+            raise
+        text = f"unexpected {type(error).__name__}: {error} (COMPFILT_TRACEBACK=1 shows where)"
+        return Outcome(job, "failed", " ".join(text.split()))
     message = f"{summary} -> {job.out}"
     if summary.truncated:
         message = f"{summary.truncated}; {message}"
@@ -161,7 +167,7 @@ def _taken_up(pipeline: Pipeline, draft: Draft, schema: pa.Schema) -> Pipeline:
         return pipeline
     try:
         pipeline.state = draft.state
-    except (KeyError, TypeError, ValueError, AttributeError):
+    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError):
         # Somebody wrote into the checkpoint.
         draft.forget()
         return Pipeline(pipeline.recipe, schema)

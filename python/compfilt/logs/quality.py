@@ -137,14 +137,15 @@ def write_report(report: Report, out: Path) -> None:
     """
     text = json.dumps(report, indent=2, allow_nan=False, ensure_ascii=False)
     with complete_file(report_path(out)) as file:
-        file.write(text.encode() + b"\n")
+        # What a file's name has that is no text becomes an escape of JSON.
+        file.write(text.encode("utf-8", "backslashreplace") + b"\n")
 
 
 def read_report(out: Path) -> Report | None:
     """Read the report on a result, if there is one that can be read."""
     try:
         report = json.loads(report_path(out).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return None
     return report if isinstance(report, dict) else None
 

@@ -87,9 +87,12 @@ class _Parquet:
     """
 
     def __init__(self, file: IO[bytes], schema: pa.Schema, *, append: bool = False) -> None:
-        self._path = file.name
+        self._path: Any = os.fsencode(file.name)  # Arrow would refuse a name that is no text
         self._schema = schema
-        self._index = pa.parquet.read_metadata(self._path) if append else None
+        self._index: Any = None
+        if append:
+            with pa.OSFile(self._path, "rb") as held:
+                self._index = pa.parquet.read_metadata(held)
         self._sink: Any = None
         self._piece: Any = None
         self._held: list[pa.RecordBatch] = []
