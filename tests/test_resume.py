@@ -259,6 +259,25 @@ def test_a_checkpoint_is_not_a_pickle(log, tmp_path):
     assert names(tmp_path) == ["out.csv", "out.csv.quality.json"]
 
 
+@pytest.mark.parametrize("link", ["symlink_to", "hardlink_to"])
+@pytest.mark.parametrize("name", [".out.csv.part", ".out.csv.part.json.new"])
+def test_a_link_in_the_folder_does_not_lead_out_of_it(log, tmp_path, link, name):
+    """Whoever may write into the folder cannot have another file of the user overwritten."""
+    recipe = parse_recipe(recipe_text())
+    other = tmp_path / "other"
+    other.write_text("precious", encoding="utf-8")
+    getattr(tmp_path / name, link)(other)
+
+    def link_anew(_size, _rows):
+        if name.endswith(".new") and not (tmp_path / name).exists():
+            getattr(tmp_path / name, link)(other)
+
+    outcome = run_job(recipe, Job(log, tmp_path / "out.csv"), advance=link_anew)
+    assert outcome.status == ("failed" if name == ".out.csv.part" else "done")
+    assert "cannot be written: " in outcome.message or outcome.status == "done"
+    assert other.read_text(encoding="utf-8") == "precious"
+
+
 class Trap:
     def __init__(self, path):
         self.path = path

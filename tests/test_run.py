@@ -429,6 +429,19 @@ def test_a_log_whose_name_is_no_text(recipe, csv, tmp_path, ending):
     assert (report["log"], report["result"]) == (log.name, out.name)
 
 
+def test_results_that_are_there_stay(recipe, csv, parquet, tmp_path):
+    """Unless they are to be replaced, whether the run is to be taken up or not."""
+    jobs = plan([csv, parquet], f"{tmp_path}/results/")
+    run_logs(recipe, jobs[:1])
+    before = jobs[0].out.stat().st_mtime_ns
+    assert [outcome.status for outcome in run_logs(recipe, jobs[:1])] == ["failed"]
+    outcomes = run_logs(recipe, jobs, resume=True)
+    assert [outcome.status for outcome in outcomes] == ["already done", "done"]
+    assert jobs[0].out.stat().st_mtime_ns == before
+    assert [outcome.status for outcome in run_logs(recipe, jobs, force=True)] == ["done", "done"]
+    assert jobs[0].out.stat().st_mtime_ns > before
+
+
 def test_memory_does_not_grow_with_the_log(tmp_path):
     if not Path("/proc/self/status").exists():
         pytest.skip("only Linux tells the peak of a process's memory")

@@ -8,6 +8,7 @@ else left in a folder must not run it, as a pickle would.
 import contextlib
 import json
 import os
+import stat
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import IO, Any
@@ -139,7 +140,8 @@ class Draft:
         self._file.flush()
         os.fsync(self._file.fileno())
         size = os.fstat(self._file.fileno()).st_size
-        with self._next_checkpoint.open("w", encoding="utf-8") as file:
+        self._next_checkpoint.unlink(missing_ok=True)
+        with self._next_checkpoint.open("x", encoding="utf-8") as file:
             json.dump({"identity": self._identity, "bytes": size, "state": state}, file)
             file.flush()
             os.fsync(file.fileno())
@@ -190,8 +192,16 @@ class Draft:
 
 
 def _create(path: str, flags: int) -> int:
-    """Open a file whether it is there or not, and leave what is in it."""
-    return os.open(path, flags | os.O_CREAT, 0o666)
+    """Open a file whether it is there or not, and leave what is in it.
+
+    A link to another file is refused: whoever may write into the folder must not have that file overwritten.
+    """
+    handle = os.open(path, flags | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
+    held = os.fstat(handle)
+    if not stat.S_ISREG(held.st_mode) or held.st_nlink > 1:
+        os.close(handle)
+        raise LogError(f"{path} cannot be written: it is not a file of its own")
+    return handle
 
 
 def _sync_folder(folder: Path) -> None:

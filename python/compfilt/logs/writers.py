@@ -91,7 +91,7 @@ class _Parquet:
         self._schema = schema
         self._index: Any = None
         if append:
-            with pa.OSFile(self._path, "rb") as held:
+            with Path(file.name).open("rb") as held:
                 self._index = pa.parquet.read_metadata(held)
         self._sink: Any = None
         self._piece: Any = None
