@@ -201,8 +201,10 @@ def _done(client: Client, recipe: Recipe, jobs: Sequence[Job], *, force: bool) -
     running: dict[Any, Job] = {}
 
     def start(job: Job) -> Any:  # noqa: ANN401 - a future
-        # Dask repeats a task whose worker died, also one that was done; then the result is there, or its beginning.
-        future = client.submit(run_job, recipe, _absolute(job), force=force, resume=True, pure=False)
+        # Dask repeats a task whose worker died, also one that was done; then the result is there, or its beginning. It may lack
+        # its report: what was not there before is of this run, and may be replaced.
+        mine = force or not job.out.exists()
+        future = client.submit(run_job, recipe, _absolute(job), force=mine, resume=True, pure=False)
         running[future.key] = job
         return future
 

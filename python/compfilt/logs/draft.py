@@ -243,7 +243,7 @@ def open_draft(out: Path, identity: Mapping[str, Any], *, resume: bool) -> Itera
     except LogError:
         draft.discard()
         raise
-    except OSError as error:
+    except (OSError, pa.ArrowException) as error:
         draft.stop()
         kept = "; --resume goes on from the last checkpoint" if draft.state is not None else ""
         raise LogError(f"{out} cannot be written: {_words(error)}{kept}") from None
@@ -252,6 +252,7 @@ def open_draft(out: Path, identity: Mapping[str, Any], *, resume: bool) -> Itera
         raise
 
 
-def _words(error: OSError) -> str:
+def _words(error: OSError | pa.ArrowException) -> str:
     """Say it in the system's own words: Arrow wraps them in several of its own."""
-    return os.strerror(error.errno) if error.errno else " ".join(str(error).split())
+    number = error.errno if isinstance(error, OSError) else None
+    return os.strerror(number) if number else " ".join(str(error).split())
