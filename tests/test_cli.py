@@ -331,6 +331,11 @@ def test_a_table_on_a_terminal_where_there_are_several_logs(folder, workers):
         assert [log, "2000", "100"] in [line[:3] for line in lines]
 
 
+def test_a_simulated_log_may_have_the_name_of_what_it_simulates(folder, inside):
+    assert inside("simulate", "child-seat", "-o", "child-seat.csv", "--duration", "1").returncode == 0
+    assert names(folder) == ["child-seat.csv", "seat.csv", "seat.toml"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [

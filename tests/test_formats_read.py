@@ -112,6 +112,15 @@ def test_separators(tmp_path):
             parse_recipe(recipe(log=f'separator = "{wrong}"'))
 
 
+@pytest.mark.parametrize(
+    ("name", "separator"), [("log.tsv", "\t"), ("LOG.TSV", "\t"), ("a.tsv.b.csv", ","), ("log.tsv.csv", ",")]
+)
+def test_the_ending_alone_tells_the_separator(tmp_path, name, separator):
+    path = tmp_path / name
+    path.write_text(separator.join("ab") + "\n" + separator.join("12") + "\n", encoding="utf-8")
+    assert read_schema(path).names == ["a", "b"]
+
+
 def test_formats_are_told_by_their_first_bytes_where_the_ending_is_not_known(files, tmp_path):
     for name in ("log.parquet", "log.arrow", "log.h5", "log.ulg", "log.bag", "log.db3", "log.mcap"):
         path, names, _ = files[name]

@@ -8,7 +8,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from compfilt.logs import parse_recipe, run_log, run_logs, writers
-from compfilt.logs.errors import UsageError
+from compfilt.logs.errors import LogError, UsageError
 from compfilt.logs.run import Job, plan
 from format_files import data, recipe, write
 
@@ -46,8 +46,78 @@ def test_batches_of_arrow_are_gathered(tmp_path, monkeypatch):
             writer.write(batch)
     with pa.ipc.open_file(tmp_path / "out.arrow") as reader:
         sizes = [reader.get_batch(i).num_rows for i in range(reader.num_record_batches)]
-        assert sizes == [120, 120, 60]
+        assert sizes == [100, 100, 100]
         assert reader.read_all().column("b").to_pylist() == 10 * batch.column("b").to_pylist()
+
+
+def odd(tmp_path, notes, name="log.arrow"):
+    """A log of batches that each hold some notes."""
+    path = tmp_path / name
+    with pa.OSFile(str(path), "wb") as file:
+        writer = None
+        for start, note in zip(range(0, 10_000, len(notes[0])), notes, strict=False):
+            count = len(note)
+            columns = {"t": np.arange(start, start + count) / 100.0, "y": np.ones(count), "u": np.ones(count)}
+            batch = pa.RecordBatch.from_pydict({**columns, "note": note})
+            writer = writer or pa.ipc.new_stream(file, batch.schema)
+            writer.write_batch(batch)
+        writer.close()
+    return path
+
+
+KEEPING = """
+version = 1
+[log]
+time = { column = "t", unit = "s" }
+measurement = { column = "y", unit = "deg" }
+derivative = { column = "u", unit = "deg/s" }
+[filter]
+kind = "pi"
+kp = 2.0
+ki = 1.0
+[output]
+columns = ["estimate"]
+keep = ["note"]
+"""
+
+
+def test_what_a_csv_cannot_hold_is_refused(tmp_path):
+    log = odd(tmp_path, [[[1.0, 2.0]] * 10])
+    with pytest.raises(LogError, match=r'^a CSV file cannot hold what column "note" holds; use \.parquet$'):
+        run_log(parse_recipe(KEEPING), log, tmp_path / "out.csv")
+    assert [path.name for path in tmp_path.iterdir()] == ["log.arrow"]
+    run_log(parse_recipe(KEEPING), log, tmp_path / "out.parquet")
+
+
+@pytest.mark.parametrize("ending", [".arrow", ".feather", ".parquet", ".csv"])
+def test_a_dictionary_may_change_on_the_way(tmp_path, monkeypatch, ending):
+    monkeypatch.setattr(writers, "ROWS_PER_GROUP", 10)
+    notes = [["a", "b"] * 5, ["c", None] * 5, ["b", "d"] * 5]
+    log = odd(tmp_path, [pa.array(note).dictionary_encode() for note in notes])
+    run_log(parse_recipe(KEEPING), log, tmp_path / f"out{ending}")
+    if ending != ".csv":
+        found = READ.get(ending, READ[".arrow"])(tmp_path / f"out{ending}").column("note").to_pylist()
+        assert found == [note for part in notes for note in part]
+
+
+def test_what_arrow_refuses_to_write_is_one_sentence(tmp_path, monkeypatch):
+    def refuse(*_args):
+        raise pa.ArrowInvalid("not\nthat")
+
+    monkeypatch.setattr(writers._Csv, "write", refuse)
+    with pytest.raises(LogError, match=r"out\.csv cannot be written: not that$"):
+        run_log(parse_recipe(KEEPING), odd(tmp_path, [["a"] * 10]), tmp_path / "out.csv")
+
+
+@pytest.mark.parametrize("ending", [".arrow", ".parquet"])
+def test_the_bytes_do_not_depend_on_the_batches(tmp_path, monkeypatch, ending):
+    monkeypatch.setattr(writers, "ROWS_PER_GROUP", 24)
+    log = odd(tmp_path, [[None if i % 7 == 3 else f"row {i}" for i in range(1000)]])
+    results = set()
+    for rows in (7, 24, 100, 10_000):
+        run_log(parse_recipe(KEEPING), log, tmp_path / f"out{ending}", batch_rows=rows)
+        results.add((tmp_path / f"out{ending}").read_bytes())
+    assert len(results) == 1
 
 
 NAMES = {

@@ -400,3 +400,22 @@ def test_what_a_worker_left_does_not_get_into_the_folder(log, tmp_path, monkeypa
     monkeypatch.setattr(parts_module, "_filter", died_before)
     run_in_parts(recipe(), log, tmp_path / "out.parquet", part_rows=1000, as_folder=True)
     assert all(path.name.startswith("part-") for path in (tmp_path / "out.parquet").iterdir())
+
+
+@pytest.mark.usefixtures("only_parts")
+@pytest.mark.parametrize("as_folder", [False, True])
+def test_a_report_that_cannot_be_written_leaves_the_result_and_no_other_report(
+    log, tmp_path, monkeypatch, as_folder
+):
+    out = tmp_path / "out.parquet"
+    run_in_parts(recipe(), log, out, part_rows=1000)
+    old = pq.read_table(out)
+
+    def full(_report, _out):
+        raise LogError("no space left")
+
+    monkeypatch.setattr(parts_module, "write_report", full)
+    with pytest.raises(LogError, match="no space left"):
+        run_in_parts(recipe("PI, slow"), log, out, part_rows=1000, as_folder=as_folder)
+    assert [path.name for path in tmp_path.iterdir()] == ["out.parquet"]
+    assert not pq.read_table(out).equals(old)

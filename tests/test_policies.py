@@ -19,7 +19,7 @@ from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.policy import Clipped, Gap, Policy, SignalPolicy, Stuck
 from compfilt.logs.recipe import parse_recipe
 from compfilt.logs.signals import Signal
-from compfilt.logs.units import parse_unit
+from compfilt.logs.units import TIME, parse_unit
 
 ACTIONS = ("coast", "hold", "reset", "fail")
 RECIPE = """
@@ -418,6 +418,17 @@ def test_whole_numbers_of_time_may_go_back_too(kind):
     recipe = parse_recipe(RECIPE.replace("POLICY", "").replace('"t", unit = "s"', '"t", unit = "ms"'))
     with pytest.raises(LogError, match=r"^row 51: time runs backwards by 0\.59 s$"):
         Pipeline(recipe).process(log_of(t=t))
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.int8, np.uint16, np.int16, np.uint32, np.int32])
+def test_narrow_whole_numbers_of_time_run_over_their_whole_range(kind):
+    ends = np.iinfo(kind)
+    ticks = np.linspace(ends.min, ends.max, 40).astype(kind)
+    for first in (0, 20):
+        timeline = Timeline("t", parse_unit("us", TIME), Policy())
+        timeline.seconds(ticks[first : first + 1])
+        expected = 1e-6 * (ticks.astype(float) - float(ticks[first]))
+        np.testing.assert_allclose(timeline.seconds(ticks), expected, rtol=1e-12)
 
 
 def test_an_array_counts_the_channels_it_uses_only():

@@ -127,6 +127,24 @@ def test_a_signal_without_any_number(recipe, log, tmp_path):
     assert report["signals"]["derivative"]["rate"]["missing"] == ROWS
 
 
+@pytest.mark.parametrize("step", [1.0, 1e-308])
+def test_most_times_may_be_equal(tmp_path, step):
+    """A clock that is coarser than the sampling, or hardly moves: the median step is zero, and there is no rate to tell."""
+    log = tmp_path / "log.csv"
+    log.write_text("t,angle,rate\n" + "".join(f"{i // 100 * step},1.0,{i}\n" for i in range(400)))
+    report = report_of(parse_recipe(RECIPE), log, tmp_path / "out.csv")
+    assert report["time"]["step_seconds"]["median"] == 0.0
+    assert report["time"]["rate_hz"] is None
+    assert report["faults"]["duplicate"] == 396
+
+
+def test_a_rate_beyond_all_numbers_is_not_told(tmp_path):
+    log = tmp_path / "log.csv"
+    log.write_text("t,angle,rate\n" + "".join(f"{i}e-315,1.0,{i}\n" for i in range(400)))
+    report = report_of(parse_recipe(RECIPE.replace('"ms"', '"s"')), log, tmp_path / "out.csv")
+    assert report["time"]["rate_hz"] is None
+
+
 @given(
     st.lists(st.floats(0.0, 1e6), min_size=1, max_size=60),
     st.lists(st.integers(0, 60), max_size=4),

@@ -14,7 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from compfilt.logs import job, run_log, writers
+from compfilt.logs import draft, job, run_log, writers
 from compfilt.logs.errors import LogError
 from compfilt.logs.job import run_job
 from compfilt.logs.recipe import parse_recipe
@@ -218,7 +218,7 @@ def test_without_resume_a_run_begins_anew_and_says_so(log, tmp_path):
     assert names(tmp_path) == ["out.csv", "out.csv.quality.json"]
 
 
-@pytest.mark.parametrize("change", ["recipe", "log", "touched", "checkpoint", "bytes"])
+@pytest.mark.parametrize("change", ["recipe", "log", "touched", "checkpoint", "infinite", "nested", "bytes"])
 def test_what_belongs_to_something_else_is_not_taken_up(log, tmp_path, change):
     recipe = parse_recipe(recipe_text())
     copy = tmp_path / "log.parquet"
@@ -237,6 +237,11 @@ def test_what_belongs_to_something_else_is_not_taken_up(log, tmp_path, change):
         saved = json.loads(checkpoint.read_text())
         saved["state"]["stream"] = ["nonsense"]
         checkpoint.write_text(json.dumps(saved))
+    elif change == "infinite":
+        saved = json.loads(checkpoint.read_text())
+        checkpoint.write_text(json.dumps({**saved, "bytes": float("inf")}).replace("Infinity", "1e999"))
+    elif change == "nested":
+        checkpoint.write_text("[" * 100_000)
     else:
         part.write_bytes(part.read_bytes()[:100])
     summary = run_log(recipe, copy, out, resume=True)
@@ -252,6 +257,25 @@ def test_a_checkpoint_is_not_a_pickle(log, tmp_path):
     (tmp_path / ".out.csv.part.json").write_bytes(pickle.dumps(Trap(tmp_path / "sprung")))
     run_log(recipe, log, tmp_path / "out.csv", resume=True)
     assert names(tmp_path) == ["out.csv", "out.csv.quality.json"]
+
+
+@pytest.mark.parametrize("link", ["symlink_to", "hardlink_to"])
+@pytest.mark.parametrize("name", [".out.csv.part", ".out.csv.part.json.new"])
+def test_a_link_in_the_folder_does_not_lead_out_of_it(log, tmp_path, link, name):
+    """Whoever may write into the folder cannot have another file of the user overwritten."""
+    recipe = parse_recipe(recipe_text())
+    other = tmp_path / "other"
+    other.write_text("precious", encoding="utf-8")
+    getattr(tmp_path / name, link)(other)
+
+    def link_anew(_size, _rows):
+        if name.endswith(".new") and not (tmp_path / name).exists():
+            getattr(tmp_path / name, link)(other)
+
+    outcome = run_job(recipe, Job(log, tmp_path / "out.csv"), advance=link_anew)
+    assert outcome.status == ("failed" if name == ".out.csv.part" else "done")
+    assert "cannot be written: " in outcome.message or outcome.status == "done"
+    assert other.read_text(encoding="utf-8") == "precious"
 
 
 class Trap:
@@ -316,6 +340,37 @@ def test_a_disk_that_was_full_and_has_room_again(log, tmp_path, disk, ending):
     assert run_log(recipe, log, out, resume=True).note.startswith("resumed at row ")
     run_log(recipe, log, tmp_path / f"whole.{ending}")
     assert out.read_bytes() == (tmp_path / f"whole.{ending}").read_bytes()
+
+
+def test_a_report_never_stands_beside_another_result(log, tmp_path, monkeypatch):
+    old, new = (parse_recipe(recipe_text().replace("kp = 2.0", f"kp = {kp}")) for kp in (2.0, 2.5))
+    work = Job(log, tmp_path / "out.csv")
+    run_job(old, work)
+    before = work.out.read_bytes()
+
+    def die(_draft):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(draft.Draft, "complete", die)
+        with pytest.raises(KeyboardInterrupt):
+            run_job(new, work, force=True)
+    assert work.out.read_bytes() == before
+    assert run_job(new, work, resume=True).status == "failed"
+    assert run_job(new, work, force=True, resume=True).status == "done"
+    assert work.out.read_bytes() != before
+
+
+def test_a_report_that_cannot_be_written_leaves_the_result(log, tmp_path, monkeypatch):
+    recipe = parse_recipe(recipe_text())
+    run_log(recipe, log, tmp_path / "whole.csv")
+
+    def full(_report, _out):
+        raise LogError("out.csv.quality.json cannot be written: No space left on device")
+
+    monkeypatch.setattr(job, "write_report", full)
+    assert run_job(recipe, Job(log, tmp_path / "out.csv")).message.endswith("No space left on device")
+    assert (tmp_path / "out.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
 
 
 def test_two_runs_do_not_write_the_same_result(log, tmp_path):

@@ -2,6 +2,7 @@
 
 import errno
 import gc
+import json
 import os
 import signal
 import subprocess
@@ -14,9 +15,10 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 import pytest
 
-from compfilt.logs import readers, run_log, run_logs, writers
+from compfilt.logs import job, readers, run_log, run_logs, writers
 from compfilt.logs.errors import LogError, UsageError
 from compfilt.logs.pipeline import Pipeline
+from compfilt.logs.quality import report_path
 from compfilt.logs.recipe import parse_recipe
 from compfilt.logs.run import Job, Summary, plan
 from compfilt.logs.watch import Watch
@@ -230,6 +232,14 @@ def test_a_parquet_column_that_holds_no_numbers(recipe, tmp_path):
         run_log(recipe, path, tmp_path / "out.csv")
 
 
+def test_a_parquet_column_whose_name_is_no_text(recipe, tmp_path):
+    path = tmp_path / "log.parquet"
+    pq.write_table(table(), path, store_schema=False)
+    path.write_bytes(path.read_bytes().replace(b"unused", b"un\xff\xfeed"))
+    with pytest.raises(LogError, match=r"^the file is damaged or of another kind: 'utf-8' codec"):
+        run_log(recipe, path, tmp_path / "out.csv")
+
+
 def test_a_truncated_parquet_file(recipe, parquet, tmp_path):
     content = parquet.read_bytes()
     parquet.write_bytes(content[: len(content) // 2])
@@ -388,6 +398,48 @@ run_log(parse_recipe(sys.argv[1]), sys.argv[2], sys.argv[3])
 (peak,) = (line.split()[1] for line in open("/proc/self/status") if line.startswith("VmHWM"))
 print(int(peak) // 1024)
 """
+
+
+def test_an_unforeseen_error_does_not_stop_the_others(recipe, csv, parquet, tmp_path, monkeypatch):
+    opened = readers.open_log
+
+    def broken(log, *args, **options):
+        if log == csv:
+            raise ZeroDivisionError("two\nlines")
+        return opened(log, *args, **options)
+
+    monkeypatch.setattr(job, "open_log", broken)
+    outcomes = run_logs(recipe, plan([csv, parquet], f"{tmp_path}/results/"))
+    assert [outcome.status for outcome in outcomes] == ["failed", "done"]
+    assert outcomes[0].message.startswith("unexpected ZeroDivisionError: two lines")
+    monkeypatch.setenv("COMPFILT_TRACEBACK", "1")
+    with pytest.raises(ZeroDivisionError):
+        run_logs(recipe, plan([csv, parquet], f"{tmp_path}/again/"))
+
+
+@pytest.mark.parametrize("ending", [".csv", ".parquet", ".feather"])
+def test_a_log_whose_name_is_no_text(recipe, csv, tmp_path, ending):
+    """Such names come from file systems of other systems and times; JSON can tell them."""
+    if os.fsencode(os.fsdecode(b"\xff")) != b"\xff":
+        pytest.skip("the system's names are text")
+    log = csv.rename(tmp_path / os.fsdecode(b"dr\xffve.csv"))
+    out = log.with_name(f"out-{log.stem}{ending}")
+    assert run_log(recipe, log, out).rows == 3000
+    report = json.loads(report_path(out).read_text(encoding="utf-8"))
+    assert (report["log"], report["result"]) == (log.name, out.name)
+
+
+def test_results_that_are_there_stay(recipe, csv, parquet, tmp_path):
+    """Unless they are to be replaced, whether the run is to be taken up or not."""
+    jobs = plan([csv, parquet], f"{tmp_path}/results/")
+    run_logs(recipe, jobs[:1])
+    before = jobs[0].out.stat().st_mtime_ns
+    assert [outcome.status for outcome in run_logs(recipe, jobs[:1])] == ["failed"]
+    outcomes = run_logs(recipe, jobs, resume=True)
+    assert [outcome.status for outcome in outcomes] == ["already done", "done"]
+    assert jobs[0].out.stat().st_mtime_ns == before
+    assert [outcome.status for outcome in run_logs(recipe, jobs, force=True)] == ["done", "done"]
+    assert jobs[0].out.stat().st_mtime_ns > before
 
 
 def test_memory_does_not_grow_with_the_log(tmp_path):

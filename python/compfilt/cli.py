@@ -278,10 +278,14 @@ def child_seat(
     Columns: t in s; ax, ay, az in g; gx, gy, gz in deg/s; true_roll, true_pitch in deg. Axes: forward, left, up.
     """
     from compfilt import simulate  # noqa: PLC0415
-    from compfilt.logs.run import plan  # noqa: PLC0415
+    from compfilt.logs.writers import check_ending, check_target  # noqa: PLC0415
 
     with _one_line():
-        ((_, target),) = plan([Path("child-seat.csv")], str(out), force=force)
+        target = out / "child-seat.csv" if out.is_dir() else out
+        check_target(target, force=force)
+        check_ending(target)
+        if not target.parent.is_dir():
+            raise UsageError(f"{target.parent}: there is no such folder")
         try:
             columns = simulate.child_seat(duration=duration, rate=rate, seed=seed)
         except ValueError as error:

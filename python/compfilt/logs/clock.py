@@ -134,6 +134,9 @@ class Timeline:
     def seconds(self, ticks: npt.NDArray[np.generic]) -> Times:
         """Convert one batch, (n,) whole numbers or floats in the column's unit, to seconds."""
         if np.issubdtype(ticks.dtype, np.integer):
+            if ticks.dtype.itemsize < 8:
+                # The span of a log may be more than half of what such a number can be.
+                ticks = ticks.astype(np.int64)
             if self._origin is None and ticks.size:
                 self._origin = int(ticks[0])
             if self._origin:

@@ -44,7 +44,7 @@ def run_scheduled(
     jobs: Sequence[Job],
     *,
     workers: int | None = None,
-    force: bool = True,
+    force: bool = False,
     resume: bool = False,
     as_folder: bool = False,
     watch: Watch | None = None,
@@ -113,7 +113,7 @@ def run_logs_on(
     recipe: Recipe,
     jobs: Sequence[Job],
     *,
-    force: bool = True,
+    force: bool = False,
     resume: bool = False,
     watch: Watch | None = None,
 ) -> list[Outcome]:
@@ -132,9 +132,9 @@ def run_logs_on(
     jobs
         The logs and where their results go, in folders that are there.
     force
-        Replace results that are there.
+        Replace results that are there; otherwise such logs fail.
     resume
-        Leave results that an earlier run completed. What it left undone is taken up in any case, as is what was left by a
+        Leave results that an earlier run completed, unless `force` replaces them. What it left undone is taken up in any case, as is what was left by a
         worker that died.
     watch
         Is told how each log ended, in the order in which they are done.
@@ -171,7 +171,7 @@ def run_long_log_on(
     recipe: Recipe,
     job: Job,
     *,
-    force: bool = True,
+    force: bool = False,
     resume: bool = False,
     watch: Watch | None = None,
     part_rows: int = PART_ROWS,
@@ -201,8 +201,10 @@ def _done(client: Client, recipe: Recipe, jobs: Sequence[Job], *, force: bool) -
     running: dict[Any, Job] = {}
 
     def start(job: Job) -> Any:  # noqa: ANN401 - a future
-        # Dask repeats a task whose worker died, also one that was done; then the result is there, or its beginning.
-        future = client.submit(run_job, recipe, _absolute(job), force=force, resume=True, pure=False)
+        # Dask repeats a task whose worker died, also one that was done; then the result is there, or its beginning. It may lack
+        # its report: what was not there before is of this run, and may be replaced.
+        mine = force or not job.out.exists()
+        future = client.submit(run_job, recipe, _absolute(job), force=mine, resume=True, pure=False)
         running[future.key] = job
         return future
 

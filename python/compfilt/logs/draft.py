@@ -8,6 +8,7 @@ else left in a folder must not run it, as a pickle would.
 import contextlib
 import json
 import os
+import stat
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import IO, Any
@@ -92,7 +93,7 @@ class Draft:
     def _load(self) -> None:
         """Find the last checkpoint, if it belongs to the same work and all of its rows are there."""
         assert self._file is not None
-        with contextlib.suppress(OSError, ValueError, TypeError, KeyError):
+        with contextlib.suppress(OSError, ValueError, TypeError, KeyError, OverflowError, RecursionError):
             saved = json.loads(self._checkpoint.read_text(encoding="utf-8"))
             size = int(saved["bytes"])
             if saved["identity"] == self._identity and 0 < size <= os.fstat(self._file.fileno()).st_size:
@@ -139,7 +140,8 @@ class Draft:
         self._file.flush()
         os.fsync(self._file.fileno())
         size = os.fstat(self._file.fileno()).st_size
-        with self._next_checkpoint.open("w", encoding="utf-8") as file:
+        self._next_checkpoint.unlink(missing_ok=True)
+        with self._next_checkpoint.open("x", encoding="utf-8") as file:
             json.dump({"identity": self._identity, "bytes": size, "state": state}, file)
             file.flush()
             os.fsync(file.fileno())
@@ -190,8 +192,16 @@ class Draft:
 
 
 def _create(path: str, flags: int) -> int:
-    """Open a file whether it is there or not, and leave what is in it."""
-    return os.open(path, flags | os.O_CREAT, 0o666)
+    """Open a file whether it is there or not, and leave what is in it.
+
+    A link to another file is refused: whoever may write into the folder must not have that file overwritten.
+    """
+    handle = os.open(path, flags | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
+    held = os.fstat(handle)
+    if not stat.S_ISREG(held.st_mode) or held.st_nlink > 1:
+        os.close(handle)
+        raise LogError(f"{path} cannot be written: it is not a file of its own")
+    return handle
 
 
 def _sync_folder(folder: Path) -> None:
@@ -233,7 +243,7 @@ def open_draft(out: Path, identity: Mapping[str, Any], *, resume: bool) -> Itera
     except LogError:
         draft.discard()
         raise
-    except OSError as error:
+    except (OSError, pa.ArrowException) as error:
         draft.stop()
         kept = "; --resume goes on from the last checkpoint" if draft.state is not None else ""
         raise LogError(f"{out} cannot be written: {_words(error)}{kept}") from None
@@ -242,6 +252,7 @@ def open_draft(out: Path, identity: Mapping[str, Any], *, resume: bool) -> Itera
         raise
 
 
-def _words(error: OSError) -> str:
+def _words(error: OSError | pa.ArrowException) -> str:
     """Say it in the system's own words: Arrow wraps them in several of its own."""
-    return os.strerror(error.errno) if error.errno else " ".join(str(error).split())
+    number = error.errno if isinstance(error, OSError) else None
+    return os.strerror(number) if number else " ".join(str(error).split())

@@ -1,5 +1,6 @@
 """One log: read, filtered and written at the same time, with checkpoints, and a report."""
 
+import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from compfilt.logs.identity import describe
 from compfilt.logs.outcome import Job, Outcome, Summary
 from compfilt.logs.overlap import ahead, behind
 from compfilt.logs.pipeline import Pipeline
-from compfilt.logs.quality import make_report, read_report, write_report
+from compfilt.logs.quality import make_report, read_report, report_path, write_report
 from compfilt.logs.readers import LogReader, open_log
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.writers import ROWS_PER_GROUP, LogWriter, check_ending
@@ -61,6 +62,11 @@ def run_job(
         summary = (run or run_log)(recipe, job.log, job.out, resume=resume, advance=advance)
     except (LogError, UsageError) as error:
         return Outcome(job, "failed", str(error))
+    except Exception as error:  # whatever it is, it is this log's
+        if os.environ.get("COMPFILT_TRACEBACK") == "1":
+            raise
+        text = f"unexpected {type(error).__name__}: {error} (COMPFILT_TRACEBACK=1 shows where)"
+        return Outcome(job, "failed", " ".join(text.split()))
     message = f"{summary} -> {job.out}"
     if summary.truncated:
         message = f"{summary.truncated}; {message}"
@@ -148,7 +154,9 @@ def run_log(
                 )
             truncated = _filter(reader, pipeline, draft, _Progress(reader, advance, pipeline.rows))
             report = make_report(log, out, identity, pipeline, truncated)
-            write_report(report, out)
+            # Never a report beside a result that it is not of: a result without one is not taken for complete.
+            report_path(out).unlink(missing_ok=True)
+        write_report(report, out)
     counts = pipeline.counts
     return Summary(pipeline.rows, pipeline.gaps, counts, report["faults"], truncated, note, report)
 
@@ -159,7 +167,7 @@ def _taken_up(pipeline: Pipeline, draft: Draft, schema: pa.Schema) -> Pipeline:
         return pipeline
     try:
         pipeline.state = draft.state
-    except (KeyError, TypeError, ValueError, AttributeError):
+    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError):
         # Somebody wrote into the checkpoint.
         draft.forget()
         return Pipeline(pipeline.recipe, schema)

@@ -22,7 +22,7 @@ from compfilt.logs.outcome import Summary
 from compfilt.logs.partition import Part, PartitionedLog, open_in_parts, why_not_in_parts
 from compfilt.logs.parts_folder import folder_beside
 from compfilt.logs.pipeline import Pipeline
-from compfilt.logs.quality import make_report, write_report
+from compfilt.logs.quality import make_report, report_path, write_report
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.rows import can_read_rows
 from compfilt.logs.writers import FORMATS, LogWriter, check_ending, create_log
@@ -119,6 +119,7 @@ def run_in_parts(
     """
     log, out = Path(log), Path(out)
     check_ending(out, (".parquet",) if as_folder else FORMATS)
+    summary = None
     why = "it was begun so" if resume and _begun(out) else why_in_order(recipe, log)
     if why is None:
         try:
@@ -128,12 +129,15 @@ def run_in_parts(
                 with contextlib.ExitStack() as stack:
                     if submit is None:
                         submit = stack.enter_context(ThreadPoolExecutor(workers)).submit
-                    return _run(whole, parts, out, submit, advance, as_folder=as_folder)
+                    summary = _run(whole, parts, out, submit, advance, as_folder=as_folder)
         except _NotAffineError:
             why = "the filter started anew after an overflow"
         except LogError as error:
             # In order it is found which row is the first to fail; if none does, it is said what has.
             why = str(error)
+    if summary is not None:
+        write_report(summary.report, out)
+        return summary
     summary = run_log(recipe, log, out, resume=resume, advance=advance)
     notes = [summary.note, f"in order, since {why}" if why else ""]
     return replace(summary, note=", ".join(filter(None, notes)))
@@ -174,7 +178,8 @@ def _run(
                     advance(last - first, part.stop - part.seam.row)
         pipeline.state = reduce(merge_states, states)
         report = make_report(whole.path, out, identity, pipeline)
-        write_report(report, out)
+        # As in run_log: never a report beside a result that it is not of.
+        report_path(out).unlink(missing_ok=True)
     return Summary(pipeline.rows, pipeline.gaps, pipeline.counts, report["faults"], report=report)
 
 

@@ -102,7 +102,8 @@ def _rate(timeline: Timeline) -> Report:
         "jitter_seconds": None,
     }
     if low is not None and middle is not None and high is not None:
-        report["rate_hz"] = 1.0 / middle if middle else None
+        rate = 1.0 / middle if middle else math.inf
+        report["rate_hz"] = rate if math.isfinite(rate) else None
         report["jitter_seconds"] = 0.5 * (high - low)
     return report
 
@@ -136,14 +137,15 @@ def write_report(report: Report, out: Path) -> None:
     """
     text = json.dumps(report, indent=2, allow_nan=False, ensure_ascii=False)
     with complete_file(report_path(out)) as file:
-        file.write(text.encode() + b"\n")
+        # What a file's name has that is no text becomes an escape of JSON.
+        file.write(text.encode("utf-8", "backslashreplace") + b"\n")
 
 
 def read_report(out: Path) -> Report | None:
     """Read the report on a result, if there is one that can be read."""
     try:
         report = json.loads(report_path(out).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return None
     return report if isinstance(report, dict) else None
 

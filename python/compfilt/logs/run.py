@@ -67,7 +67,7 @@ def run_logs(
     jobs: Sequence[Job],
     *,
     workers: int = 1,
-    force: bool = True,
+    force: bool = False,
     resume: bool = False,
     as_folder: bool = False,
     watch: Watch | None = None,
@@ -85,9 +85,9 @@ def run_logs(
         need ``if __name__ == "__main__":`` in the script that asks for them, as all of Python's processes do. A single log
         goes in parts to so many threads, as :func:`compfilt.logs.run_in_parts` does it.
     force
-        Replace results that are there.
+        Replace results that are there; otherwise such logs fail.
     resume
-        Leave results that an earlier run completed, and go on with what it left.
+        Leave results that an earlier run completed, unless `force` replaces them, and go on with what it left.
     as_folder
         Leave the parts of a single log in a folder.
     watch

@@ -65,7 +65,9 @@ class Steps:
             if reached >= part * self.count:
                 break
         low, high = (np.int64(edge << SHIFT).view(np.float64) for edge in (place, place + 1))
-        return float(np.clip(0.5 * (low + high), self.shortest, self.longest))
+        # The first bin is that of equal times, and not of what lies between zero and the smallest numbers.
+        middle = 0.5 * (low + high) if place else 0.0
+        return float(np.clip(middle, self.shortest, self.longest))
 
     @property
     def state(self) -> dict[str, Any]:

@@ -146,12 +146,7 @@ def _work(pipe: "Connection[Any, Any]", recipe: Recipe, force: bool, resume: boo
     with contextlib.suppress(EOFError, OSError):
         while True:
             job = pipe.recv()
-            try:
-                outcome = run_job(recipe, job, force=force, resume=resume, advance=advance)
-            except Exception as error:  # noqa: BLE001 - whatever it is, it is this log's
-                text = " ".join(f"unexpected {type(error).__name__}: {error}".split())
-                outcome = Outcome(job, "failed", text)
-            pipe.send(outcome)
+            pipe.send(run_job(recipe, job, force=force, resume=resume, advance=advance))
 
 
 def _stop(_signal: int, _frame: object) -> NoReturn:

@@ -1,6 +1,7 @@
 """Results as files that are either complete or not there."""
 
 import contextlib
+import io
 import os
 import secrets
 from collections.abc import Callable, Iterable, Iterator
@@ -12,7 +13,7 @@ import pyarrow.compute
 import pyarrow.csv
 import pyarrow.parquet
 
-from compfilt.logs.errors import LogError, UsageError
+from compfilt.logs.errors import LogError, UsageError, quoted
 
 __all__ = [
     "FORMATS",
@@ -56,6 +57,7 @@ class _Csv:
 
     def __init__(self, file: IO[bytes], schema: pa.Schema, *, append: bool = False) -> None:
         self._file = file
+        _check_csv(schema)
         options = pa.csv.WriteOptions(include_header=not append)
         self._writer = pa.csv.CSVWriter(file, schema, write_options=options)
 
@@ -73,10 +75,55 @@ class _Csv:
         self._writer.close()
 
 
+def _check_csv(schema: pa.Schema) -> None:
+    """Raise LogError if a column holds what is no field of a text, such as a list."""
+    for field in schema:
+        with _plainly(f"a CSV file cannot hold what column {quoted(field.name)} holds; use .parquet"):
+            pa.csv.CSVWriter(io.BytesIO(), pa.schema([field])).close()
+
+
+@contextlib.contextmanager
+def _plainly(sentence: str) -> Iterator[None]:
+    """Say what Arrow refuses in a sentence of our own."""
+    try:
+        yield
+    except pa.ArrowException:
+        raise LogError(sentence) from None
+
+
 def _nan_to_null(column: Any) -> Any:  # noqa: ANN401 - an array of any type
     if not pa.types.is_floating(column.type):
         return column
     return pa.compute.if_else(pa.compute.is_nan(column), pa.scalar(None, column.type), column)
+
+
+class _Groups:
+    """Rows, held back until there are enough for a group of a fixed size, so that bytes do not depend on the batches."""
+
+    def __init__(self, schema: pa.Schema, write: Callable[[pa.Table], object]) -> None:
+        self._schema = schema
+        self._write = write
+        self._held: list[pa.RecordBatch] = []
+        self._rows = 0
+
+    def add(self, batch: pa.RecordBatch) -> None:
+        """Take rows, and write the groups that are full."""
+        self._held.append(batch)
+        self._rows += batch.num_rows
+        while self._rows >= ROWS_PER_GROUP:
+            self._write_group(ROWS_PER_GROUP)
+
+    def settle(self) -> None:
+        """Write what is left."""
+        if self._rows:
+            self._write_group(self._rows)
+
+    def _write_group(self, rows: int) -> None:
+        held = pa.Table.from_batches(self._held, self._schema)
+        # In one chunk: Arrow writes each as a batch of its own, and looks for the end of a Parquet page anew in each.
+        self._write(held.slice(0, rows).combine_chunks())
+        self._held = held.slice(rows).to_batches()
+        self._rows -= rows
 
 
 class _Parquet:
@@ -87,13 +134,15 @@ class _Parquet:
     """
 
     def __init__(self, file: IO[bytes], schema: pa.Schema, *, append: bool = False) -> None:
-        self._path = file.name
+        self._path: Any = os.fsencode(file.name)  # Arrow would refuse a name that is no text
         self._schema = schema
-        self._index = pa.parquet.read_metadata(self._path) if append else None
+        self._index: Any = None
+        if append:
+            with Path(file.name).open("rb") as held:
+                self._index = pa.parquet.read_metadata(held)
         self._sink: Any = None
         self._piece: Any = None
-        self._held: list[pa.RecordBatch] = []
-        self._rows = 0
+        self._groups = _Groups(schema, self._write_group)
         if not append:
             self._begin()
 
@@ -108,23 +157,15 @@ class _Parquet:
         self._piece = pa.parquet.ParquetWriter(self._sink, self._schema, use_dictionary=repeating)
 
     def write(self, batch: pa.RecordBatch) -> None:
-        self._held.append(batch)
-        self._rows += batch.num_rows
-        while self._rows >= ROWS_PER_GROUP:
-            self._write_group(ROWS_PER_GROUP)
+        self._groups.add(batch)
 
-    def _write_group(self, rows: int) -> None:
+    def _write_group(self, group: pa.Table) -> None:
         if self._piece is None:
             self._begin()
-        held = pa.Table.from_batches(self._held, self._schema)
-        # In one chunk, since Arrow looks for the end of a page anew in each.
-        self._piece.write_table(held.slice(0, rows).combine_chunks(), row_group_size=rows)
-        self._held = held.slice(rows).to_batches()
-        self._rows -= rows
+        self._piece.write_table(group, row_group_size=group.num_rows)
 
     def settle(self) -> None:
-        if self._rows:
-            self._write_group(self._rows)
+        self._groups.settle()
         if self._piece is None:
             return
         self._piece.close()
@@ -152,30 +193,36 @@ class _Arrow:
     """A Feather file, which is one of Arrow: not compressed, so that it can be mapped into memory."""
 
     def __init__(self, file: IO[bytes], schema: pa.Schema) -> None:
-        self._writer = pa.ipc.new_file(cast("Any", file), schema)
-        self._held: list[pa.RecordBatch] = []
-        self._rows = 0
+        # Such a file holds one dictionary a column, while that of a log may change on the way.
+        metadata: Any = schema.metadata
+        self._schema = pa.schema([_decoded(field) for field in schema], metadata)
+        self._writer = pa.ipc.new_file(cast("Any", file), self._schema)
+        self._groups = _Groups(self._schema, self._write_group)
 
     def write(self, batch: pa.RecordBatch) -> None:
-        self._held.append(batch)
-        self._rows += batch.num_rows
-        if self._rows >= ROWS_PER_GROUP:
-            self._flush()
+        columns: list[Any] = batch.columns
+        columns = [
+            column.dictionary_decode() if pa.types.is_dictionary(column.type) else column
+            for column in columns
+        ]
+        self._groups.add(pa.RecordBatch.from_arrays(columns, schema=self._schema))
+
+    def _write_group(self, group: pa.Table) -> None:
+        # Copied: of a column that is cut out of a longer one Arrow would write a few bytes of what follows.
+        copy = pa.concat_tables([group.slice(0, 1), group.slice(1)]).combine_chunks()
+        self._writer.write_table(copy, copy.num_rows)
 
     def close(self) -> None:
-        self._flush()
+        self._groups.settle()
         self._writer.close()
 
     def abandon(self) -> None:
         # Before the file is closed: Arrow's destructor would do it later, fail, and print a traceback.
         self._writer.close()
 
-    def _flush(self) -> None:
-        if self._held:
-            # One chunk, since Arrow would write each one as a batch of its own.
-            table = pa.Table.from_batches(self._held).combine_chunks()
-            self._writer.write_table(table, self._rows)
-        self._held, self._rows = [], 0
+
+def _decoded(field: Any) -> Any:  # noqa: ANN401 - a field of any type
+    return field.with_type(field.type.value_type) if pa.types.is_dictionary(field.type) else field
 
 
 FORMATS: dict[str, Callable[[IO[bytes], pa.Schema], LogWriter]] = {
@@ -240,7 +287,9 @@ def complete_file(path: Path) -> Iterator[IO[bytes]]:
     except OSError as error:
         raise LogError(f"{path} cannot be written: {error.strerror or error}") from None
     finally:
-        temporary.unlink(missing_ok=True)
+        # Where it cannot be removed, what went wrong before says why.
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
 
 
 @contextlib.contextmanager

@@ -24,21 +24,24 @@ __all__ = ["open_reader", "read_columns"]
 
 def read_columns(path: Path) -> pa.Schema:
     """Read which columns a file has."""
-    with plain_errors(), pa.parquet.ParquetFile(path, pre_buffer=False) as file:
+    with plain_errors(UnicodeDecodeError), pa.parquet.ParquetFile(path, pre_buffer=False) as file:
         return file.schema_arrow
 
 
 @contextlib.contextmanager
 def open_reader(path: Path, columns: Columns, _batch_bytes: int, batch_rows: int) -> Iterator[LogReader]:
     """Open a file. Without its end, where the index stands, nothing of it can be read."""
-    with plain_errors():
+    with plain_errors(UnicodeDecodeError):
         # A buffer and no prefetch: a row group may be as large as the file.
         file = pa.parquet.ParquetFile(path, buffer_size=1 << 20, pre_buffer=False)
     with file:
-        check_present(file.schema_arrow.names, columns.all)
-        check_kinds(file.schema_arrow, columns)
+        held = file.schema_arrow
+        with plain_errors(UnicodeDecodeError):
+            names = held.names
+        check_present(names, columns.all)
+        check_kinds(held, columns)
         check_rows(file.metadata.num_rows)
-        schema = pa.schema([file.schema_arrow.field(name) for name in columns.all])
+        schema = pa.schema([held.field(name) for name in columns.all])
         size = path.stat().st_size
         rows = 0
 

@@ -63,7 +63,7 @@ def _separator(path: Path, chosen: str | None) -> str:
     """Return what stands between the fields: what the recipe says, otherwise what the ending says."""
     if chosen is not None:
         return chosen
-    return "\t" if ".tsv" in path.suffixes[-2:] else ","
+    return "\t" if path.name.lower().endswith((".tsv", ".tsv.gz", ".tsv.zst")) else ","
 
 
 def _begin(path: Path, size: int) -> bytes:
