@@ -11,7 +11,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from distributed import WorkerPlugin
+from distributed import Client, WorkerPlugin
 
 from compfilt.logs import cluster, job, parts, run_log, run_logs
 from compfilt.logs.cluster import LOCAL, connect, run_logs_on, run_long_log_on
@@ -238,6 +238,13 @@ def die(*_arguments):
 def test_work_that_fails_otherwise_is_a_log_error(client):
     with pytest.raises(LogError, match="unexpected ZeroDivisionError on a worker"):
         DaskWorkers(client)(divmod, 1, 0).result()
+
+
+def test_a_client_that_lost_its_scheduler_is_a_log_error(client):
+    with Client(client.scheduler.address, set_as_default=False) as lost:
+        pass
+    with pytest.raises(LogError, match="the scheduler was lost"):
+        DaskWorkers(lost)(divmod, 1, 1)
 
 
 def test_what_a_worker_is_at_is_waited_for(client, tmp_path):

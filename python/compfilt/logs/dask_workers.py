@@ -6,6 +6,7 @@ from concurrent.futures import CancelledError
 from typing import Any
 
 from distributed import Client, KilledWorker
+from distributed.client import ClosedClientError
 
 from compfilt.logs.errors import LogError, UsageError
 
@@ -39,7 +40,10 @@ class DaskWorkers:
 
     def __call__(self, function: Callable[..., Any], *arguments: Any) -> "DaskFuture":  # noqa: ANN401
         """Give it away. Dask would not do the same twice: a part that was filtered for a run that failed is gone."""
-        return DaskFuture(self, self._client.submit(function, *arguments, pure=False))
+        try:
+            return DaskFuture(self, self._client.submit(function, *arguments, pure=False))
+        except ClosedClientError:
+            raise LogError(LOST) from None
 
     def wait_for(self, key: str) -> None:
         """Wait until no worker is at a task that was cancelled."""
