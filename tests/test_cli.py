@@ -231,7 +231,7 @@ def test_ctrl_c_keeps_the_last_checkpoint_and_says_how_to_go_on(folder):
     wait = "while not os.path.exists('.out.csv.part.json'): pass"
     code = code.replace("    if len(seen) == 5:\n", f"    if len(seen) == 5:\n        {wait}\n")
     process = python(code, *arguments, cwd=folder)
-    one_line(process, 130, "compfilt: interrupted; the same command with --resume goes on")
+    one_line(process, 130, "compfilt: interrupted; the same command with --resume does the rest")
     assert names(folder)[:2] == [".out.csv.part", ".out.csv.part.json"]
     rows = len((folder / ".out.csv.part").read_text(encoding="utf-8").splitlines()) - 1
     assert rows >= 20

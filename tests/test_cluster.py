@@ -4,16 +4,18 @@ import os
 import signal
 import subprocess
 import sys
+import time
 
 import dask.dataframe as dd
 import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from distributed import WorkerPlugin
+from distributed import Client, WorkerPlugin
 
-from compfilt.logs import cluster, job, run_log, run_logs
+from compfilt.logs import cluster, job, parts, run_log, run_logs
 from compfilt.logs.cluster import LOCAL, connect, run_logs_on, run_long_log_on
+from compfilt.logs.dask_workers import DaskWorkers
 from compfilt.logs.errors import LogError, UsageError
 from compfilt.logs.frames import filter_frame
 from compfilt.logs.outcome import Job
@@ -201,6 +203,70 @@ def test_one_long_log_though_a_worker_is_killed(client, tmp_path):
     assert outcome.status == "done"
     assert_alike(whole, parts)
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+def test_one_long_log_that_kills_its_workers_goes_in_order(client, tmp_path):
+    log = write_log(tmp_path / "log.parquet")
+    killed = client.run_on_scheduler(allow_failures, count=0)
+    client.register_plugin(DeadlyParts())
+    try:
+        outcome = run_long_log_on(client, recipe(), Job(log, tmp_path / "out.parquet"), part_rows=1000)
+    finally:
+        client.run_on_scheduler(allow_failures, count=killed)
+        client.unregister_worker_plugin("deadly parts")
+    assert outcome.status == "done"
+    assert "in order, since the worker that filtered it died" in outcome.message
+    assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+class DeadlyParts(WorkerPlugin):
+    """Workers that die of the first part that they are to filter."""
+
+    name = "deadly parts"
+
+    def setup(self, worker):  # noqa: ARG002 - the name is part of the call
+        self._filter, parts._filter = parts._filter, die
+
+    def teardown(self, worker):  # noqa: ARG002
+        parts._filter = self._filter
+
+
+def die(*_arguments):
+    os._exit(1)
+
+
+def test_work_that_fails_otherwise_is_a_log_error(client):
+    with pytest.raises(LogError, match="unexpected ZeroDivisionError on a worker"):
+        DaskWorkers(client)(divmod, 1, 0).result()
+
+
+def test_a_client_that_lost_its_scheduler_is_a_log_error(client):
+    with Client(client.scheduler.address, set_as_default=False) as lost:
+        pass
+    with pytest.raises(LogError, match="the scheduler was lost"):
+        DaskWorkers(lost)(divmod, 1, 1)
+
+
+def test_what_a_worker_is_at_is_waited_for(client, tmp_path):
+    """Otherwise it would write on when the next run does."""
+    begun, done = tmp_path / "begun", tmp_path / "done"
+    workers = DaskWorkers(client)
+    running = workers(slow, begun, done)
+    waiting = [workers(slow, tmp_path / "late", tmp_path / "late") for _ in range(5)]
+    while not begun.exists():
+        time.sleep(0.01)
+    cancelled = [future for future in (running, *waiting) if future.cancel() is False]
+    assert running in cancelled
+    for future in cancelled:
+        with pytest.raises(LogError):
+            future.result()
+    assert done.exists()
+
+
+def slow(begun, done):
+    begun.touch()
+    time.sleep(1.0)
+    done.touch()
 
 
 class Killer(Watch):

@@ -131,7 +131,7 @@ def test_interrupted_workers_leave_nothing_and_the_run_can_go_on(logs, tmp_path)
     os.killpg(running.pid, signal.SIGINT)
     _, said = running.communicate(timeout=50)
     assert running.returncode == 130, said
-    assert said.splitlines()[-1] == "compfilt: interrupted; the same command with --resume goes on"
+    assert said.splitlines()[-1] == "compfilt: interrupted; the same command with --resume does the rest"
     assert "Traceback" not in said
     assert not list(out.glob(".*"))
     finished = subprocess.run(

@@ -106,7 +106,7 @@ def run(
 
         run_all = partial(run_scheduled, scheduler)
 
-    with _one_line("the same command with --resume goes on"):
+    with _one_line("the same command with --resume does the rest"):
         loaded = load_recipe(recipe)
         jobs = plan(logs, out, force=force, resume=resume)
         watch = JsonLines(jobs) if as_json else Terminal(jobs)

@@ -11,9 +11,10 @@ from functools import partial
 from typing import Any
 from urllib.parse import urlsplit
 
-from distributed import Client, KilledWorker, LocalCluster, as_completed
+from distributed import Client, LocalCluster, as_completed
 
 import compfilt
+from compfilt.logs.dask_workers import LOST, DaskWorkers, why_failed
 from compfilt.logs.errors import LogError, UsageError
 from compfilt.logs.job import run_job
 from compfilt.logs.outcome import Job, Outcome
@@ -180,8 +181,7 @@ def run_long_log_on(
     """Filter one long log in parts on a cluster: :func:`compfilt.logs.run_in_parts` with its workers."""
     watch = watch or Watch()
     watch.began(job)
-    submit = partial(client.submit, pure=False)
-    run = partial(run_in_parts, submit=submit, part_rows=part_rows, as_folder=as_folder)
+    run = partial(run_in_parts, submit=DaskWorkers(client), part_rows=part_rows, as_folder=as_folder)
     outcome = run_job(
         recipe, _absolute(job), force=force, resume=resume, advance=partial(watch.advanced, job), run=run
     )
@@ -218,15 +218,10 @@ def _done(client: Client, recipe: Recipe, jobs: Sequence[Job], *, force: bool) -
 def _outcome(job: Job, future: Any) -> Outcome:  # noqa: ANN401
     """Take what a worker says, or say what became of the workers."""
     if future.cancelled():
-        raise LogError("the scheduler was lost; what is not reported may not be done")
+        raise LogError(LOST)
     error = future.exception()
-    if isinstance(error, KilledWorker):
-        return Outcome(
-            job, "failed", f"the worker that filtered it died (attempts: {error.allowed_failures + 1})"
-        )
     if error is not None:
-        why = f"unexpected {type(error).__name__} on a worker: {error}"
-        return Outcome(job, "failed", why.replace("\n", " "))
+        return Outcome(job, "failed", why_failed(error))
     outcome: Outcome = future.result()
     return replace(outcome, job=job)
 
