@@ -118,7 +118,9 @@ def run_in_parts(
     """
     log, out = Path(log), Path(out)
     check_ending(out, (".parquet",) if as_folder else FORMATS)
-    summary = None
+    if out.is_dir() and not all(file.match("part-*.parquet") for file in out.iterdir()):
+        raise LogError(f"{out}: this folder holds more than the parts of a log, and is not replaced")
+    summary, failed = None, False
     why = "it was begun so" if resume else why_in_order(recipe, log)
     if why is None:
         try:
@@ -133,10 +135,14 @@ def run_in_parts(
             why = "the filter started anew after an overflow"
         except LogError:
             # In order it is found which row is the first to fail.
-            pass
+            failed = True
     if summary is not None:
         write_report(summary.report, out)
         return summary
+    if out.is_dir() and not failed:
+        raise LogError(
+            f"{out}: this is a folder of parts, and the log goes in order, into a file; remove it first"
+        )
     summary = run_log(recipe, log, out, resume=resume, advance=advance)
     notes = [summary.note, f"in order, since {why}" if why else ""]
     return replace(summary, note=", ".join(filter(None, notes)))
@@ -195,7 +201,23 @@ def _many_files(out: Path) -> Iterator[_Result]:
         yield f"{folder}/part-{{:06}}.parquet", lambda _file: None
         if out.is_file():
             out.unlink()
-        folder.rename(out)
+        with _aside(out):
+            folder.rename(out)
+
+
+@contextlib.contextmanager
+def _aside(out: Path) -> Iterator[None]:
+    """Move an older folder of parts away; it comes back if the block fails, otherwise it is removed."""
+    old = out.with_name(f".{out.name}.{secrets.token_hex(4)}.old")
+    if out.is_dir():
+        out.rename(old)
+    try:
+        yield
+    except BaseException:
+        if old.exists():
+            old.rename(out)
+        raise
+    shutil.rmtree(old, ignore_errors=True)
 
 
 def _starts(whole: PartitionedLog, parts: Sequence[Part], submit: Submit) -> list[Levels | None]:
