@@ -50,9 +50,9 @@ def plan(
     taken: dict[Path, Path] = {}
     for log in logs:
         check_library(log)
-    inputs = {log.resolve() for log in logs}
+    inputs = {_resolved(log) for log in logs}
     for log, target in jobs:
-        if target.resolve() in inputs:
+        if _resolved(target) in inputs:
             raise UsageError(f"{target}: the result would replace a log; choose another place with -o")
         if target in taken:
             raise UsageError(f"{taken[target]} and {log} would both go to {target}")
@@ -65,6 +65,14 @@ def plan(
     if not folder and not Path(out).parent.is_dir():
         raise UsageError(f"{Path(out).parent}: there is no such folder")
     return jobs
+
+
+def _resolved(path: Path) -> Path:
+    """Follow links to the file itself."""
+    try:
+        return path.resolve()
+    except (OSError, RuntimeError):  # a RuntimeError until Python 3.12
+        raise UsageError(f"{path}: this link leads to itself, or nowhere") from None
 
 
 def run_logs(
