@@ -6,15 +6,17 @@ import struct
 import subprocess
 import sys
 import zipfile
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from compfilt.logs.errors import LogError, TruncatedLog
-from compfilt.logs.readers import Columns, open_log
+from compfilt.logs.readers import Columns, bags, open_log
 from format_files import FORMATS, SIGNALS, data, write
 
 MEMORY = 150 << 10
@@ -260,6 +262,22 @@ def test_types_of_a_ulog_that_unfold_without_end(tmp_path, formats):
     path.write_bytes(ulog(("B", bytes(40)), *(("F", form) for form in formats), *topics, ("D", bytes(12))))
     with pytest.raises(LogError, match="declares more than 10000 fields"):
         read(path, f"{formats[0].partition(b':')[0].decode()}.x")
+
+
+@pytest.mark.parametrize(
+    "definitions",
+    [
+        ["float64[20000] x"],
+        [f"t/B{i} x\nt/B{i} y" for i in range(1, 15)] + ["float64 x"],
+        ["t/B1[3] unread\nt/B1 x\nt/B1 y", "float64[9000] x"],
+    ],
+)
+def test_types_of_a_bag_that_unfold_without_end(definitions):
+    store = get_typestore(Stores.LATEST)
+    for number, text in enumerate(definitions):
+        store.register(get_types_from_msg(text, f"t/msg/B{number}"))
+    with pytest.raises(LogError, match=r'^the type ".*" declares more than 10000 fields$'):
+        bags._fields(SimpleNamespace(typestore=store), "t/msg/B0")
 
 
 @pytest.mark.parametrize("size", [0, 100, 10_000])

@@ -12,13 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from compfilt.logs import parts as parts_module
-from compfilt.logs import run_log
+from compfilt.logs import run_log, run_logs
 from compfilt.logs.affine import AffineMap
 from compfilt.logs.errors import LogError, UsageError
 from compfilt.logs.partition import PartitionedLog, open_in_parts
 from compfilt.logs.parts import run_in_parts, why_in_order
 from compfilt.logs.parts_folder import folder_beside
 from compfilt.logs.recipe import parse_recipe
+from compfilt.logs.run import Job, plan
 from test_rows import declare_more
 
 RECIPE = """
@@ -54,6 +55,9 @@ POLICIES = {
 }
 TIME = 'time = { column = "t", unit = "ms" }'
 ROWS = 12000
+
+
+DEFAULTS = run_in_parts.__kwdefaults__
 
 
 def recipe(filter_="PI", policy="", clock=TIME):
@@ -419,3 +423,40 @@ def test_a_report_that_cannot_be_written_leaves_the_result_and_no_other_report(
         run_in_parts(recipe("PI, slow"), log, out, part_rows=1000, as_folder=as_folder)
     assert [path.name for path in tmp_path.iterdir()] == ["out.parquet"]
     assert not pq.read_table(out).equals(old)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_folder_of_parts_is_a_result_like_any_other(log, tmp_path, monkeypatch, workers):
+    """It stays without --force and with --resume, and is replaced as a whole with --force."""
+    monkeypatch.setattr(parts_module.run_in_parts, "__kwdefaults__", {**DEFAULTS, "part_rows": 1000})
+    out = tmp_path / "out.parquet"
+    options = {"workers": workers, "as_folder": True}
+    jobs = plan([log], str(out), as_folder=True)
+    assert jobs == [Job(log, out)]
+    assert run_logs(recipe(), jobs, **options)[0].status == "done"
+    old = pq.read_table(out)
+    (out / "part-999999.parquet").write_bytes(b"stale")
+    with pytest.raises(UsageError, match=r"out\.parquet: is already there; --force replaces it"):
+        plan([log], str(out), as_folder=True)
+    assert plan([log], str(out), as_folder=True, resume=True) == jobs
+    assert run_logs(recipe(), jobs, **options, resume=True)[0].status == "already done"
+    assert plan([log], str(out), as_folder=True, force=True) == jobs
+    assert run_logs(recipe("PI, slow"), jobs, **options, force=True)[0].status == "done"
+    assert not pq.read_table(out).equals(old)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["out.parquet", "out.parquet.quality.json"]
+    (out / "notes.txt").write_text("mine")
+    assert "more than the parts of a log" in run_logs(recipe(), jobs, **options, force=True)[0].message
+    assert (out / "notes.txt").read_text() == "mine"
+    (out / "notes.txt").unlink()
+    short = tmp_path / "short.parquet"
+    pq.write_table(pq.read_table(log).slice(0, 1200), short)
+    outcome = run_logs(recipe(), [Job(short, out)], **options, force=True)[0]
+    assert "the log goes in order, into a file; remove it first" in outcome.message
+    assert report_of(out)["rows"] == ROWS
+
+
+def test_parts_of_several_logs_are_refused(log, tmp_path):
+    jobs = [Job(log, tmp_path / "new" / f"{name}.parquet") for name in "ab"]
+    with pytest.raises(UsageError, match="is for a single log"):
+        run_logs(recipe(), jobs, as_folder=True)
+    assert not list(tmp_path.iterdir())

@@ -420,6 +420,21 @@ def test_whole_numbers_of_time_may_go_back_too(kind):
         Pipeline(recipe).process(log_of(t=t))
 
 
+@pytest.mark.parametrize("at", [(), (45,), (50,), (1, 49, 51)])
+def test_a_whole_number_of_time_that_is_missing_is_named_however_the_log_is_cut(at):
+    ticks = [10**18 + 10**7 * i for i in range(100)]
+    ticks[50] = None
+    recipe = parse_recipe(
+        RECIPE.replace("POLICY", 'gap = { longer_than = "1 s", do = "fail" }').replace(
+            '"t", unit = "s"', '"t", unit = "ns"'
+        )
+    )
+    pipeline = Pipeline(recipe)
+    pieces = cut(log_of(t=pa.array(ticks, pa.int64())), at)
+    with pytest.raises(LogError, match=r'^row 51 has no time in column "t"$'):
+        list(map(pipeline.process, pieces))
+
+
 @pytest.mark.parametrize("kind", [np.uint8, np.int8, np.uint16, np.int16, np.uint32, np.int32])
 def test_narrow_whole_numbers_of_time_run_over_their_whole_range(kind):
     ends = np.iinfo(kind)

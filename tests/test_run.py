@@ -351,6 +351,16 @@ def test_plan_refuses_what_would_overwrite(tmp_path):
     assert not (tmp_path / "results").exists()
 
 
+@pytest.mark.skipif(sys.version_info >= (3, 13), reason="such a link is found when it is opened")
+def test_plan_refuses_a_link_to_itself(tmp_path):
+    log = tmp_path / "a.csv"
+    log.symlink_to(log)
+    with pytest.raises(UsageError, match=r"a\.csv: this link leads to itself"):
+        plan([log], str(tmp_path / "out.csv"))
+    with pytest.raises(UsageError, match=r"a\.csv: this link leads to itself"):
+        plan([tmp_path / "b.csv"], str(log))
+
+
 def test_plan_refuses_what_cannot_be_written(tmp_path):
     log = tmp_path / "a.csv"
     (tmp_path / "plain").touch()

@@ -108,7 +108,7 @@ def run(
 
     with _one_line("the same command with --resume does the rest"):
         loaded = load_recipe(recipe)
-        jobs = plan(logs, out, force=force, resume=resume)
+        jobs = plan(logs, out, force=force, resume=resume, as_folder=parts)
         watch = JsonLines(jobs) if as_json else Terminal(jobs)
         try:
             outcomes = run_all(

@@ -129,7 +129,12 @@ class Timeline:
         self._unit = time_unit(batch.schema.field(self.column), self._unit)
         if is_time(values.type):
             values = values.cast(pa.int64())
-        return self.seconds(to_numpy(values))
+        if not (values.null_count and pa.types.is_integer(values.type)):
+            return self.seconds(to_numpy(values))
+        # Arrow would give all of the batch as floats, for which there is no origin.
+        seconds = self.seconds(to_numpy(values.fill_null(0)))
+        seconds[values.is_null().to_numpy(zero_copy_only=False)] = np.nan
+        return seconds
 
     def seconds(self, ticks: npt.NDArray[np.generic]) -> Times:
         """Convert one batch, (n,) whole numbers or floats in the column's unit, to seconds."""

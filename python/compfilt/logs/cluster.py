@@ -54,7 +54,7 @@ def run_scheduled(
 
     Parameters, result and errors are those of :func:`connect`, :func:`run_logs_on` and :func:`run_long_log_on`.
     """
-    prepare(recipe, jobs)
+    prepare(recipe, jobs, as_folder=as_folder)
     with connect(scheduler, workers=workers) as client:
         if len(jobs) == 1 and why_in_order(recipe, jobs[0].log) is None:
             options: dict[str, Any] = {"force": force, "resume": resume, "as_folder": as_folder}

@@ -2,6 +2,7 @@
 
 import contextlib
 import secrets
+import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -119,7 +120,9 @@ def run_in_parts(
     """
     log, out = Path(log), Path(out)
     check_ending(out, (".parquet",) if as_folder else FORMATS)
-    summary = None
+    if out.is_dir() and not all(file.match("part-*.parquet") for file in out.iterdir()):
+        raise LogError(f"{out}: this folder holds more than the parts of a log, and is not replaced")
+    summary, failed = None, False
     why = "it was begun so" if resume and _begun(out) else why_in_order(recipe, log)
     if why is None:
         try:
@@ -134,10 +137,14 @@ def run_in_parts(
             why = "the filter started anew after an overflow"
         except LogError as error:
             # In order it is found which row is the first to fail; if none does, it is said what has.
-            why = str(error)
+            why, failed = str(error), True
     if summary is not None:
         write_report(summary.report, out)
         return summary
+    if out.is_dir() and not failed:
+        raise LogError(
+            f"{out}: this is a folder of parts, and the log goes in order, into a file; remove it first"
+        )
     summary = run_log(recipe, log, out, resume=resume, advance=advance)
     notes = [summary.note, f"in order, since {why}" if why else ""]
     return replace(summary, note=", ".join(filter(None, notes)))
@@ -206,7 +213,23 @@ def _many_files(out: Path) -> Iterator[_Result]:
         for path in folder.iterdir():
             if path not in done:
                 path.unlink()
-        folder.rename(out)
+        with _aside(out):
+            folder.rename(out)
+
+
+@contextlib.contextmanager
+def _aside(out: Path) -> Iterator[None]:
+    """Move an older folder of parts away; it comes back if the block fails, otherwise it is removed."""
+    old = out.with_name(f".{out.name}.{secrets.token_hex(4)}.old")
+    if out.is_dir():
+        out.rename(old)
+    try:
+        yield
+    except BaseException:
+        if old.exists():
+            old.rename(out)
+        raise
+    shutil.rmtree(old, ignore_errors=True)
 
 
 def _starts(whole: PartitionedLog, parts: Sequence[Part], submit: Submit) -> list[Levels | None]:

@@ -19,7 +19,9 @@ from compfilt.logs.writers import check_ending, check_target, result_name
 __all__ = ["Job", "Outcome", "Summary", "plan", "prepare", "run_job", "run_log", "run_logs"]
 
 
-def plan(logs: Sequence[Path], out: str, *, force: bool = False, resume: bool = False) -> list[Job]:
+def plan(
+    logs: Sequence[Path], out: str, *, force: bool = False, resume: bool = False, as_folder: bool = False
+) -> list[Job]:
     """Decide where each result goes, and refuse what would overwrite something, before any work.
 
     Parameters
@@ -33,6 +35,8 @@ def plan(logs: Sequence[Path], out: str, *, force: bool = False, resume: bool = 
         Replace results that are already there.
     resume
         Results may be there already: whether they are the right ones is looked at later.
+    as_folder
+        The result of a single log is a folder of parts: one that is there and ends in ".parquet" is such a result.
 
     Raises
     ------
@@ -40,19 +44,20 @@ def plan(logs: Sequence[Path], out: str, *, force: bool = False, resume: bool = 
         Two logs have the same name, a result is there already or is one of the logs, its ending is unknown, or
         there is no folder for it; or a library that reads one of the logs is not installed.
     """
-    folder = len(logs) > 1 or out.endswith(("/", os.sep)) or Path(out).is_dir()
+    parts = as_folder and len(logs) == 1 and out.lower().endswith(".parquet")
+    folder = len(logs) > 1 or out.endswith(("/", os.sep)) or (Path(out).is_dir() and not parts)
     jobs = [Job(log, Path(out) / result_name(log) if folder else Path(out)) for log in logs]
     taken: dict[Path, Path] = {}
     for log in logs:
         check_library(log)
-    inputs = {log.resolve() for log in logs}
+    inputs = {_resolved(log) for log in logs}
     for log, target in jobs:
-        if target.resolve() in inputs:
+        if _resolved(target) in inputs:
             raise UsageError(f"{target}: the result would replace a log; choose another place with -o")
         if target in taken:
             raise UsageError(f"{taken[target]} and {log} would both go to {target}")
         taken[target] = log
-        check_target(target, force=force or resume)
+        check_target(target, force=force or resume, folder=parts)
         if not folder:
             check_ending(target)
     if folder and Path(out).exists() and not Path(out).is_dir():
@@ -60,6 +65,14 @@ def plan(logs: Sequence[Path], out: str, *, force: bool = False, resume: bool = 
     if not folder and not Path(out).parent.is_dir():
         raise UsageError(f"{Path(out).parent}: there is no such folder")
     return jobs
+
+
+def _resolved(path: Path) -> Path:
+    """Follow links to the file itself."""
+    try:
+        return path.resolve()
+    except (OSError, RuntimeError):  # a RuntimeError until Python 3.12
+        raise UsageError(f"{path}: this link leads to itself, or nowhere") from None
 
 
 def run_logs(
@@ -101,14 +114,15 @@ def run_logs(
     Raises
     ------
     UsageError
-        The filter cannot be built or does not have an output that the recipe asks for, or a folder cannot be made;
-        no log was opened.
+        The filter cannot be built or does not have an output that the recipe asks for, a folder cannot be made, or the
+        parts of several logs are asked for; no log was opened.
     """
-    prepare(recipe, jobs)
+    prepare(recipe, jobs, as_folder=as_folder)
     watch = watch or Watch()
     if min(workers, len(jobs)) > 1:
         return run_in_workers(recipe, jobs, workers, watch, force=force, resume=resume)
-    run = functools.partial(run_in_parts, workers=workers, as_folder=as_folder) if workers > 1 else run_log
+    in_parts = functools.partial(run_in_parts, workers=workers, as_folder=as_folder)
+    run = in_parts if workers > 1 or as_folder else run_log
     outcomes = []
     for job in jobs:
         watch.began(job)
@@ -118,7 +132,7 @@ def run_logs(
     return outcomes
 
 
-def prepare(recipe: Recipe, jobs: Sequence[Job]) -> None:
+def prepare(recipe: Recipe, jobs: Sequence[Job], *, as_folder: bool = False) -> None:
     """Make the folders of the results, once it is clear that the filter can be built.
 
     Raises
@@ -126,6 +140,8 @@ def prepare(recipe: Recipe, jobs: Sequence[Job]) -> None:
     UsageError
         As :func:`run_logs`.
     """
+    if as_folder and len(jobs) > 1:
+        raise UsageError("--parts (as_folder) is for a single log")
     Pipeline(recipe)  # what is wrong with the recipe is said once
     for folder in dict.fromkeys(job.out.parent for job in jobs):
         _make(folder)

@@ -256,9 +256,9 @@ def check_ending(path: Path, endings: Iterable[str] = tuple(FORMATS)) -> None:
         )
 
 
-def check_target(path: Path, *, force: bool) -> None:
-    """Raise UsageError if a folder has the name of the result, or there is one already that may not be replaced."""
-    if path.is_dir():
+def check_target(path: Path, *, force: bool, folder: bool = False) -> None:
+    """Raise UsageError if a result is there already that may not be replaced, or a folder, unless results may be one."""
+    if path.is_dir() and not folder:
         raise UsageError(f"{path}: this is a folder, not a file")
     if path.exists() and not force:
         raise UsageError(f"{path}: is already there; --force replaces it")

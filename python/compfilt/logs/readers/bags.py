@@ -6,6 +6,7 @@ are whole numbers of nanoseconds.
 
 import contextlib
 import functools
+import itertools
 import operator
 import re
 from collections.abc import Callable, Iterator
@@ -19,6 +20,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from compfilt.logs.errors import LogError, TruncatedLog, quoted
 from compfilt.logs.readers.base import (
+    MOST_FIELDS,
     Columns,
     LogReader,
     Reading,
@@ -193,7 +195,7 @@ def _fields(bag: AnyReader, kind: str) -> dict[str, _Field]:
     with plain_errors(*BROKEN):
         found |= {
             name: _Field(_composed(take), held)
-            for name, take, held in _below(bag.typestore.fielddefs, kind, 0)
+            for name, take, held in _below(bag.typestore.fielddefs, kind, 0, itertools.count(1))
         }
     return found
 
@@ -202,22 +204,34 @@ def _composed(take: Callable[[Any], Any]) -> Callable[[_Message], Any]:
     return lambda message: take(message.content)
 
 
-def _below(types: Any, kind: str, depth: int) -> Iterator[tuple[str, Callable[[Any], Any], Any]]:  # noqa: ANN401
-    """List the fields of a type: name, how to take it out of a message, and its type in Arrow."""
+def _below(
+    types: Any,  # noqa: ANN401
+    kind: str,
+    depth: int,
+    seen: Iterator[int],
+) -> Iterator[tuple[str, Callable[[Any], Any], Any]]:
+    """List the fields of a type: name, how to take it out of a message, and its type in Arrow; `seen` numbers them."""
     if depth > DEEPEST:
         raise LogError(f"the type {quoted(kind)} is nested too deeply")
     for name, (node, described) in types[kind][1]:
         take = operator.attrgetter(name)
+        _count(seen, kind)
         if node == Nodetype.BASE:
             yield name, take, _arrow(described[0])
         elif node == Nodetype.NAME and described in TIMES:
             yield name, functools.partial(_nanoseconds, take), pa.int64()
         elif node == Nodetype.NAME:
-            for below, deeper, held in _below(types, described, depth + 1):
+            for below, deeper, held in _below(types, described, depth + 1, seen):
                 yield f"{name}.{below}", functools.partial(_through, take, deeper), held
         elif node == Nodetype.ARRAY and described[0][0] == Nodetype.BASE:
             for i in range(described[1]):
+                _count(seen, kind)
                 yield f"{name}[{i}]", functools.partial(_element, take, i), _arrow(described[0][1][0])
+
+
+def _count(seen: Iterator[int], kind: str) -> None:
+    if next(seen) > MOST_FIELDS:
+        raise LogError(f"the type {quoted(kind)} declares more than {MOST_FIELDS} fields")
 
 
 def _through(outer: Callable[[Any], Any], inner: Callable[[Any], Any], message: Any) -> Any:  # noqa: ANN401

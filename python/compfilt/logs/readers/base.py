@@ -12,6 +12,7 @@ import pyarrow as pa
 from compfilt.logs.errors import LogError, TruncatedLog, quoted
 
 __all__ = [
+    "MOST_FIELDS",
     "Columns",
     "LogReader",
     "Reading",
@@ -29,6 +30,10 @@ __all__ = [
 
 COMPARED = 5000
 """How many column names are looked through for one that is written nearly so: comparing is slow."""
+
+
+MOST_FIELDS = 10_000
+"""How many fields a topic may have: types that hold each other can declare any number."""
 
 
 class Columns(NamedTuple):

@@ -13,6 +13,7 @@ from pyulog import ULog  # type: ignore[import-untyped]
 
 from compfilt.logs.errors import LogError, TruncatedLog, quoted
 from compfilt.logs.readers.base import (
+    MOST_FIELDS,
     Columns,
     LogReader,
     Reading,
@@ -22,9 +23,6 @@ from compfilt.logs.readers.base import (
 )
 
 __all__ = ["open_reader", "read_columns"]
-
-MOST_FIELDS = 10_000
-"""How many fields a topic may have: types that hold each other can declare any number."""
 
 DEEPEST = 20
 """How deep types may lie in each other."""
