@@ -4,8 +4,11 @@ import json
 import sys
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import check
 from compfilt import simulate
@@ -13,6 +16,7 @@ from compfilt.__main__ import main
 from compfilt.logs import load_recipe, parse_recipe, run_log
 from compfilt.logs.check import check_log
 from compfilt.logs.check import segments as segments_module
+from compfilt.logs.check import source as source_module
 from compfilt.logs.check.channels import Channels
 from compfilt.logs.check.claims import by_names
 from compfilt.logs.check.fit import fit
@@ -443,6 +447,18 @@ def test_a_short_log_is_not_called_wrong(tmp_path):
     text = check_log(path).recipe
     report = check_log(path, parse_recipe(text)) if text else check_log(path)
     assert "wrong" not in {finding.level for finding in report.about("direction of gravity")}
+
+
+@given(st.lists(st.integers(0, 9), max_size=6), st.integers(1, 8))
+def test_chunks_do_not_depend_on_the_batches(sizes, rows):
+    batches, start = [], 0
+    for size in sizes:
+        batches.append(pa.record_batch({"x": pa.array(np.arange(start, start + size))}))
+        start += size
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(source_module, "CHUNK_ROWS", rows)
+        chunks = [chunk.column("x").to_pylist() for chunk in source_module._evenly(iter(batches))]
+    assert chunks == [list(range(at, min(at + rows, start))) for at in range(0, start, rows)]
 
 
 def test_long_names_are_not_guessed_from():
