@@ -20,7 +20,7 @@ from compfilt.logs.check import source as source_module
 from compfilt.logs.check.channels import Channels
 from compfilt.logs.check.claims import by_names
 from compfilt.logs.check.fit import fit
-from compfilt.logs.check.mounting import decide, mended, turned_columns
+from compfilt.logs.check.mounting import decide, mended, toml_text, turned_columns
 from compfilt.logs.check.segments import Slicer
 from compfilt.logs.check.source import Column, number_columns
 from compfilt.logs.check.times import Times, likely_unit
@@ -459,6 +459,11 @@ def test_chunks_do_not_depend_on_the_batches(sizes, rows):
         patch.setattr(source_module, "CHUNK_ROWS", rows)
         chunks = [chunk.column("x").to_pylist() for chunk in source_module._evenly(iter(batches))]
     assert chunks == [list(range(at, min(at + rows, start))) for at in range(0, start, rows)]
+
+
+@given(st.text(st.characters(exclude_categories=["Cs"]), min_size=1))
+def test_names_are_escaped_in_a_recipe(name):
+    assert pytest.importorskip("tomllib").loads(f"x = {toml_text(name)}") == {"x": name}
 
 
 def test_long_names_are_not_guessed_from():

@@ -46,6 +46,11 @@ def number_columns(path: str | Path) -> list[Column]:
     return found
 
 
+def _joined(batches: list[pa.RecordBatch]) -> pa.RecordBatch:
+    """Make one batch of some with rows."""
+    return pa.Table.from_batches(batches).combine_chunks().to_batches()[0]
+
+
 def _evenly(batches: Iterator[pa.RecordBatch]) -> Iterator[pa.RecordBatch]:
     """Cut a log anew, so that what its first chunk shows does not depend on how the reader cuts it."""
     held: list[pa.RecordBatch] = []
@@ -53,14 +58,14 @@ def _evenly(batches: Iterator[pa.RecordBatch]) -> Iterator[pa.RecordBatch]:
     for batch in batches:
         rest = batch
         while rows + rest.num_rows >= CHUNK_ROWS:
-            yield pa.concat_batches([*held, rest.slice(0, CHUNK_ROWS - rows)])
+            yield _joined([*held, rest.slice(0, CHUNK_ROWS - rows)])
             rest = rest.slice(CHUNK_ROWS - rows)
             held, rows = [], 0
         if rest.num_rows:
             held.append(rest)
             rows += rest.num_rows
     if held:
-        yield pa.concat_batches(held)
+        yield _joined(held)
 
 
 def read_chunks(path: str | Path, time: str | None, signals: Sequence[str]) -> Iterator[Chunk]:
