@@ -4,8 +4,11 @@ import json
 import sys
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import check
 from compfilt import simulate
@@ -13,10 +16,11 @@ from compfilt.__main__ import main
 from compfilt.logs import load_recipe, parse_recipe, run_log
 from compfilt.logs.check import check_log
 from compfilt.logs.check import segments as segments_module
+from compfilt.logs.check import source as source_module
 from compfilt.logs.check.channels import Channels
 from compfilt.logs.check.claims import by_names
 from compfilt.logs.check.fit import fit
-from compfilt.logs.check.mounting import decide, mended, turned_columns
+from compfilt.logs.check.mounting import decide, mended, toml_text, turned_columns
 from compfilt.logs.check.segments import Slicer
 from compfilt.logs.check.source import Column, number_columns
 from compfilt.logs.check.times import Times, likely_unit
@@ -427,3 +431,68 @@ def test_times():
 def test_numbers_only(tmp_path):
     (tmp_path / "log.csv").write_text("t,name,ax,flag\n0,a,1.5,true\n1,b,2.5,false\n", encoding="utf-8")
     assert [column.name for column in number_columns(tmp_path / "log.csv")] == ["t", "ax"]
+
+
+def test_an_accelerometer_that_reads_nothing(log, tmp_path):
+    path = save(log | {name: np.zeros(len(log["t"])) for name in FORCE}, tmp_path / "zero.parquet")
+    report = check_log(path)
+    assert "the accelerometer reads 0" in {finding.what for finding in report.wrong}
+    assert 'column "ax" is 0 in every row' in {finding.what for finding in report.wrong}
+
+
+def test_a_short_log_is_not_called_wrong(tmp_path):
+    path = save(
+        {name: values[100:400] + 0.0 for name, values in handled(6.0).items()}, tmp_path / "short.parquet"
+    )
+    text = check_log(path).recipe
+    report = check_log(path, parse_recipe(text)) if text else check_log(path)
+    assert "wrong" not in {finding.level for finding in report.about("direction of gravity")}
+
+
+@given(st.lists(st.integers(0, 9), max_size=6), st.integers(1, 8))
+def test_chunks_do_not_depend_on_the_batches(sizes, rows):
+    batches, start = [], 0
+    for size in sizes:
+        batches.append(pa.record_batch({"x": pa.array(np.arange(start, start + size))}))
+        start += size
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(source_module, "CHUNK_ROWS", rows)
+        chunks = [chunk.column("x").to_pylist() for chunk in source_module._evenly(iter(batches))]
+    assert chunks == [list(range(at, min(at + rows, start))) for at in range(0, start, rows)]
+
+
+@given(st.text(st.characters(exclude_categories=["Cs"]), min_size=1))
+def test_names_are_escaped_in_a_recipe(name):
+    assert pytest.importorskip("tomllib").loads(f"x = {toml_text(name)}") == {"x": name}
+
+
+def test_long_names_are_not_guessed_from():
+    assert not by_names([Column("x" * 10**5, None)]).triads
+
+
+def test_only_the_magnetometer_may_be_missing(log, tmp_path):
+    spoiled = {
+        {"gx": "mpu_gx", "gy": "mpu_gy", "gz": "mpu_gz"}.get(name, name): values.copy()
+        for name, values in log.items()
+    }
+    spoiled["mpu_gx"][np.arange(len(log["t"])) % 9 != 0] = np.nan
+    spoiled["mx"][np.arange(len(log["t"])) % 9 != 0] = np.nan
+    recipe = parse_recipe(
+        """
+version = 1
+[log]
+time = { column = "t", unit = "s" }
+gyro = { columns = ["mpu_gx", "mpu_gy", "mpu_gz"], unit = "rad/s" }
+accelerometer = { columns = ["ax", "ay", "az"], unit = "m/s^2" }
+magnetometer = { columns = ["mx", "my", "mz"], unit = "uT" }
+axes = "flu"
+[filter]
+kind = "attitude"
+[output]
+columns = ["quaternion"]
+unit = "rad"
+"""
+    )
+    report = check_log(save(spoiled, tmp_path / "missing.parquet"), recipe)
+    levels = {finding.what.split('"')[1]: finding.level for finding in report.about("missing")}
+    assert levels == {"mpu_gx": "wrong", "mx": "note"}

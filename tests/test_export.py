@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -403,3 +404,9 @@ def test_the_command(tmp_path):
     assert (tmp_path / "pi.h").read_text(encoding="utf-8") == printed.stdout
     one_line(compfilt("export", "pi.toml", "--to", "c", "-o", "pi.h", cwd=tmp_path), 2, "already there")
     one_line(compfilt("export", "pi.toml", "--to", "d", cwd=tmp_path), 2, '"d" is no language')
+
+
+@pytest.mark.parametrize("word", ["default", "fn", "class"])
+def test_a_recipe_named_like_a_word_of_the_language(word):
+    source = export_recipe(replace(linear(IN_C["pi"]), source=f"{word}.toml"), "c", fs=100.0)
+    assert f" recipe_{word} = {{" in source

@@ -116,6 +116,29 @@ def test_times_and_other_names(tmp_path):
     assert "row 8 (time 0.07)" in str(difference)
 
 
+@pytest.mark.parametrize("dtype", [pa.timestamp("ms"), pa.duration("ms"), pa.int64()], ids=str)
+def test_the_trace_tells_the_unit_of_its_times(tmp_path, dtype):
+    columns = recorded()
+    ticks = 10 * np.arange(500)
+    stream = cf.PiForm(kp=2.0, ki=1.0).estimate(columns["y"], columns["u"], t=ticks / 1000.0)
+    columns |= {"estimate": stream.angle.copy(), "bias": stream.bias, "flags": stream.flags}
+    columns["estimate"][7] = np.float32("nan")
+    times = pa.array(ticks).cast(dtype)
+    table = pa.table({"t": times, **columns})
+    schema = table.schema.set(0, pa.field("t", dtype, metadata={"unit": "ms"}))
+    pyarrow.parquet.write_table(table.cast(schema), tmp_path / "device.parquet")
+    recipe = parse_recipe(RECIPE.replace("rate = 100.0", 'time = { column = "t" }'))
+    (difference,) = replay_trace(recipe, tmp_path / "device.parquet").differences
+    assert (difference.row, difference.time) == (8, 0.07)
+
+
+def test_a_trace_without_rows_is_not_the_same(tmp_path):
+    trace = tmp_path / "device.csv"
+    trace.write_text("y,u,estimate,bias,flags\n", encoding="utf-8")
+    with pytest.raises(LogError, match="the file holds no rows"):
+        replay_trace(parse_recipe(RECIPE), trace)
+
+
 def test_an_attitude_is_compared_as_a_quaternion(tmp_path):
     rng = np.random.default_rng(1)
     gyr = rng.normal(size=(200, 3)).astype(np.float32)

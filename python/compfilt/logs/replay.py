@@ -10,9 +10,11 @@ import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.csv
 
+from compfilt.logs.clock import Timeline
 from compfilt.logs.errors import LogError, UsageError
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.readers import Columns, open_log, read_schema
+from compfilt.logs.readers.base import check_present
 from compfilt.logs.recipe import Recipe
 
 __all__ = ["Difference", "Replay", "parse_names", "replay_trace"]
@@ -27,7 +29,7 @@ class Difference:
     row
         Counted from 1.
     time
-        What the trace has in its column of times, if the recipe names one.
+        The time in seconds, whole numbers counted from the first, if the recipe names a column of times.
     column
         The output.
     expected, found
@@ -142,8 +144,7 @@ def replay_trace(recipe: Recipe, trace: str | Path, names: Mapping[str, str] | N
     """
     recipe = _in_si(recipe)
     inputs = recipe.signal_columns
-    pipeline = Pipeline(recipe, pa.schema([(name, pa.float32()) for name in inputs]))
-    outputs = [field.name for field in pipeline.schema(pa.schema([]))]
+    outputs = Pipeline(recipe).schema(pa.schema([])).names
     unknown = [name for name in names or {} if name not in outputs]
     if unknown:
         raise UsageError(
@@ -151,9 +152,15 @@ def replay_trace(recipe: Recipe, trace: str | Path, names: Mapping[str, str] | N
         )
     columns = {name: (names or {}).get(name, name) for name in outputs}
     time = () if recipe.clock.column is None else (recipe.clock.column,)
+    pipeline = Pipeline(recipe, _in_single(read_schema(Path(trace)), recipe))
     comparison = _Comparison(outputs)
+    # A timeline of its own: that of the pipeline has already moved on, and may leave gaps out.
+    clock = Timeline(time[0], recipe.clock.unit, recipe.policy) if time else None
     for batch in _batches(Path(trace), time, (*inputs, *columns.values())):
-        comparison.add(_filtered(pipeline, batch, inputs), batch, columns, time)
+        filtered = _filtered(pipeline, batch, inputs)
+        comparison.add(filtered, batch, columns, None if clock is None else clock.take(batch))
+    if not comparison.rows:
+        raise LogError("the file holds no rows")
     return Replay(comparison.rows, tuple(outputs), comparison.differences())
 
 
@@ -168,6 +175,16 @@ def _in_si(recipe: Recipe) -> Recipe:
     units = (unit._replace(factor=1.0) for unit in (chosen.unit, chosen.gravity_unit))
     unit, gravity_unit = units
     return replace(recipe, output=replace(chosen, unit=unit, gravity_unit=gravity_unit, keep=()))
+
+
+def _in_single(log: pa.Schema, recipe: Recipe) -> pa.Schema:
+    """Return what the filter sees of a trace: the inputs in float32, and the time as it is."""
+    fields = [pa.field(name, pa.float32()) for name in recipe.signal_columns]
+    time = recipe.clock.column
+    if time is not None:
+        check_present(log.names, (time,))
+        fields.append(log.field(time))
+    return pa.schema(fields)
 
 
 def _batches(trace: Path, time: tuple[str, ...], columns: tuple[str, ...]) -> Iterator[pa.RecordBatch]:
@@ -192,9 +209,11 @@ def _batches(trace: Path, time: tuple[str, ...], columns: tuple[str, ...]) -> It
 def _filtered(pipeline: Pipeline, batch: pa.RecordBatch, inputs: tuple[str, ...]) -> pa.RecordBatch:
     """Run the filter over a batch, in float32."""
     first_row = pipeline.rows + 1
-    columns = {name: batch.column(name) for name in batch.schema.names}
-    columns |= {name: pa.array(_single(batch.column(name), name, first_row)) for name in inputs}
-    return pipeline.process(pa.RecordBatch.from_pydict(columns))
+    for name in inputs:
+        values = pa.array(_single(batch.column(name), name, first_row))
+        place = batch.schema.get_field_index(name)
+        batch = batch.set_column(place, pa.field(name, pa.float32()), values)
+    return pipeline.process(batch)
 
 
 class _Comparison:
@@ -210,7 +229,7 @@ class _Comparison:
         filtered: pa.RecordBatch,
         batch: pa.RecordBatch,
         columns: Mapping[str, str],
-        time: tuple[str, ...],
+        seconds: npt.NDArray[np.float64] | None,
     ) -> None:
         """Compare the outputs of a batch."""
         for name in self._outputs:
@@ -224,7 +243,7 @@ class _Comparison:
                     np.isnan(expected) & np.isnan(found)
                 )
             for row in np.flatnonzero(~same)[:1]:
-                when = float(batch.column(time[0])[int(row)].as_py()) if time else None
+                when = None if seconds is None else float(seconds[row])
                 self._note(
                     Difference(
                         self.rows + int(row) + 1, when, name, expected[row], found[row], int((~same).sum())

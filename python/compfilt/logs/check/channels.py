@@ -41,6 +41,8 @@ class Channels:
     def follow(self, values: Array) -> Mask:
         """Take the next rows; return which of them are equal to the row before in every column."""
         before = np.full((1, values.shape[1]), np.nan) if self._before is None else self._before
+        if self._before is None and len(values):
+            self.stuck_value = values[0].copy()
         steps = np.diff(values, axis=0, prepend=before)
         self.missing += np.sum(~np.isfinite(values), axis=0)
         changed = steps != 0.0

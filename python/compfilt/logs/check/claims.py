@@ -112,6 +112,8 @@ IN_NAMES = {
     "rads": "rad/s", "rad": "rad/s", "deg": "deg/s", "rad_s": "rad/s", "degs": "deg/s", "deg_s": "deg/s", "mps2": "m/s^2", "ms2": "m/s^2", "m_s2": "m/s^2",
     "ut": "uT", "nt": "nT", "mt": "mT",
 }  # fmt: skip
+LONGEST_NAME = 200
+"""Longer names are not guessed from: all that a name may be without one letter is the square of its length."""
 AXIS = re.compile(r"[xyzXYZ0-3]")
 
 
@@ -125,7 +127,10 @@ def by_names(columns: Sequence[Column]) -> Claims:
                     tuple(column.name for column in group), _unit_of(group[0], DIMENSIONS[name], stem)
                 )
                 break
-    time = next((column for column in columns if TIME_NAME.search(column.name)), None)
+    time = next(
+        (column for column in columns if len(column.name) <= LONGEST_NAME and TIME_NAME.search(column.name)),
+        None,
+    )
     unit = None
     if time is not None:
         named = TIME_UNITS.search(time.name)
@@ -148,6 +153,8 @@ def _groups(columns: Sequence[Column]) -> Iterator[tuple[str, list[Column]]]:
     """Find columns whose names differ in one letter or digit only, that of the axis; give the rest of the name, and the three."""
     stems: dict[tuple[str, str], dict[str, Column]] = {}
     for column in columns:
+        if len(column.name) > LONGEST_NAME:
+            continue
         for match in AXIS.finditer(column.name):
             around = column.name[: match.start()], column.name[match.end() :]
             stems.setdefault(around, {})[match[0].lower()] = column

@@ -23,7 +23,8 @@ def usual_direction(survey: Survey, rests: list[Rest], change: Array) -> Array:
     if rests:
         mean = sum(rest.seconds * rest.mean[force] for rest in rests)
     else:
-        mean = survey.segments.values[..., force].reshape(-1, 3).mean(axis=0)
+        means = survey.segments.values[..., force].reshape(-1, 3)
+        mean = means.mean(axis=0) if len(means) else np.zeros(3)
     mean = change @ mean
     return np.asarray(mean / max(float(np.linalg.norm(mean)), 1e-30))
 
@@ -42,7 +43,11 @@ def judge_direction(survey: Survey, rests: list[Rest], seen: Comparison) -> Iter
     evidence = f"{when} the accelerometer's direction is ({shown})"
     axes = claims.axes if claims.axes is not None else gravity_axes(direction)
     up = direction[2] if axes == "flu" else -direction[2]
-    if abs(up) < CLEAR:
+    if not rests and not survey.segments.values.size:
+        yield Finding("direction of gravity", "unknown", "the log is too short")
+        return
+    # Written so that a direction of no number is not clear either.
+    if not abs(up) >= CLEAR:
         yield Finding(
             "direction of gravity",
             "unknown",

@@ -47,7 +47,7 @@ def length_of_gravity(survey: Survey, rests: list[Rest]) -> Length:
     best = 0 if claimed is not None and off[0] < NEAR else int(np.argmin(off))
     unit = units[best] if off[best] < NEAR else None
     factor = (
-        STANDARD_GRAVITY / value
+        (STANDARD_GRAVITY / value if value > 0.0 else np.nan)
         if unit is None
         else unit.factor / (claimed.factor if claimed is not None else 1.0)
     )
@@ -60,6 +60,11 @@ def judge_length(length: Length, triad: Triad) -> Iterator[Finding]:
     columns = ", ".join(f'"{name}"' for name in triad.columns)
     if not np.isfinite(length.value):
         yield Finding("accelerometer unit", "unknown", "the log is too short")
+        return
+    if length.value == 0.0:
+        yield Finding(
+            "accelerometer unit", "wrong", "the accelerometer reads 0", f"gravity is 0 long {where}"
+        )
         return
     if length.unit is None:
         claimed = triad.unit.name if triad.unit is not None else "m/s^2"
@@ -153,7 +158,8 @@ def judge_offset(survey: Survey, rests: list[Rest], factor: float) -> Iterator[F
 
 def _turned_apart(means: Array) -> float:
     """Return how widely directions are spread: the smallest standard deviation over all axes, 0.58 at best."""
-    if len(means) < 2:
+    lengths = np.linalg.norm(means, axis=1, keepdims=True)
+    if len(means) < 2 or not np.all(lengths > 0.0):
         return 0.0
-    directions = means / np.linalg.norm(means, axis=1, keepdims=True)
+    directions = means / lengths
     return float(np.sqrt(np.linalg.eigvalsh(np.cov(directions.T, bias=True))[0].clip(0.0)))

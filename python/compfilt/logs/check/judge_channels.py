@@ -26,8 +26,9 @@ def judge_channels(survey: Survey) -> Iterator[Finding]:
 def _missing(survey: Survey, place: int, name: str) -> Iterator[Finding]:
     count = int(survey.channels.missing[place])
     if count:
+        field = survey.claims.triads.get("magnetometer")
         part = 100.0 * count / survey.rows
-        level: Level = "wrong" if part > 50.0 and not name.startswith("m") else "note"
+        level: Level = "wrong" if part > 50.0 and (field is None or name not in field.columns) else "note"
         yield Finding(
             "missing",
             level,

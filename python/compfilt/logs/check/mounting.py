@@ -6,6 +6,7 @@ M = det(P_v) P_v P_w'. Its determinant is that of P_w, so a left-handed gyro is 
 looks like two gyro axes that are; and an accelerometer with all three negated looks like itself: that takes the direction of gravity.
 """
 
+import json
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,7 @@ from compfilt.logs.check.claims import Triad
 from compfilt.logs.check.source import Array
 from compfilt.logs.check.turning import Trial
 
-__all__ = ["Mounting", "decide", "mended", "turned_columns"]
+__all__ = ["Mounting", "decide", "mended", "toml_text", "turned_columns"]
 
 EYE = np.eye(3)
 
@@ -118,12 +119,17 @@ def turned_columns(triad: Triad, matrix: Array) -> tuple[tuple[str, ...], tuple[
     )
 
 
+def toml_text(text: str) -> str:
+    """Write a text as TOML has it: as JSON does, but that DEL is escaped too."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
 def mended(triad: Triad, matrix: Array, unit: str, factor: float = 1.0) -> str:
     """Write a signal of a recipe: the columns in the right order, with unit and scale."""
     columns, signs = turned_columns(triad, matrix)
     scales = dict(zip(triad.columns, triad.scale, strict=True))
     scale = [sign * scales[column] * factor for column, sign in zip(columns, signs, strict=True)]
-    named = ", ".join(f'"{column}"' for column in columns)
+    named = ", ".join(map(toml_text, columns))
     text = f'{{ columns = [{named}], unit = "{unit}"'
     if any(abs(value - 1.0) > 1e-9 for value in scale):
         text += f", scale = [{', '.join(f'{value:.6g}' for value in scale)}]"

@@ -3,7 +3,7 @@
 from compfilt.logs.check.direction import gravity_axes
 from compfilt.logs.check.gravity import Length
 from compfilt.logs.check.judge_gyro import Comparison
-from compfilt.logs.check.mounting import mended
+from compfilt.logs.check.mounting import mended, toml_text
 from compfilt.logs.check.source import Array
 from compfilt.logs.check.survey import Survey
 
@@ -41,14 +41,14 @@ def propose(survey: Survey, seen: Comparison, length: Length, direction: Array) 
         'unit = "deg"',
     ]
     if claims.time is not None:
-        lines.append(f'keep = ["{claims.time}"]')
+        lines.append(f"keep = [{toml_text(claims.time)}]")
     return "\n".join(lines) + "\n"
 
 
 def _clock(survey: Survey, seen: Comparison) -> str:
     claims = survey.claims
     if claims.time is not None and survey.time_unit is not None:
-        return f'time = {{ column = "{claims.time}", unit = "{survey.time_unit.name}" }}'
+        return f'time = {{ column = {toml_text(claims.time)}, unit = "{survey.time_unit.name}" }}'
     rate = 1.0 / survey.period
     if not seen.scale.claimed and seen.scale.unit is None:
         rate /= seen.scale.factor

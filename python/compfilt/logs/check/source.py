@@ -16,6 +16,10 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 
+CHUNK_ROWS = 65_536
+"""How many rows are looked at at once."""
+
+
 class Column(NamedTuple):
     """A column of numbers, with the unit that the file gives it, if it does."""
 
@@ -42,6 +46,28 @@ def number_columns(path: str | Path) -> list[Column]:
     return found
 
 
+def _joined(batches: list[pa.RecordBatch]) -> pa.RecordBatch:
+    """Make one batch of some with rows."""
+    return pa.Table.from_batches(batches).combine_chunks().to_batches()[0]
+
+
+def _evenly(batches: Iterator[pa.RecordBatch]) -> Iterator[pa.RecordBatch]:
+    """Cut a log anew, so that what its first chunk shows does not depend on how the reader cuts it."""
+    held: list[pa.RecordBatch] = []
+    rows = 0
+    for batch in batches:
+        rest = batch
+        while rows + rest.num_rows >= CHUNK_ROWS:
+            yield _joined([*held, rest.slice(0, CHUNK_ROWS - rows)])
+            rest = rest.slice(CHUNK_ROWS - rows)
+            held, rows = [], 0
+        if rest.num_rows:
+            held.append(rest)
+            rows += rest.num_rows
+    if held:
+        yield _joined(held)
+
+
 def read_chunks(path: str | Path, time: str | None, signals: Sequence[str]) -> Iterator[Chunk]:
     """Yield the rows of a log in order, at most 65 536 at a time.
 
@@ -52,9 +78,7 @@ def read_chunks(path: str | Path, time: str | None, signals: Sequence[str]) -> I
     """
     origin: np.generic | None = None
     with open_log(path, Columns(tuple(signals), () if time is None else (time,))) as reader:
-        for batch in reader.batches():
-            if not batch.num_rows:
-                continue
+        for batch in _evenly(reader.batches()):
             # One row a sample, so that the memory of a row lies together.
             values = np.empty((batch.num_rows, len(signals)))
             for place, name in enumerate(signals):

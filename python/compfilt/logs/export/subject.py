@@ -17,6 +17,19 @@ from compfilt.logs.recipe import Recipe
 
 __all__ = ["Number", "Subject", "numbers"]
 
+KEYWORDS = frozenset(
+    """
+    auto break case char const continue default do double else enum extern float for goto if inline int long register
+    restrict return short signed sizeof static struct switch typedef union unsigned void volatile while alignas alignof
+    bool constexpr false nullptr static_assert thread_local true typeof typeof_unqual
+    abstract as async await become box crate dyn final fn gen impl in let loop macro match mod move mut override priv
+    pub ref self super trait try type unsafe unsized use virtual where yield
+    and and_eq asm bitand bitor catch class compl concept delete explicit export friend main mutable namespace new not
+    not_eq operator or or_eq private protected public requires template this throw typeid typename using xor xor_eq
+    """.split()  # noqa: SIM905 - a hundred words are read more easily than a hundred strings
+)
+"""The words of C, of Rust and of C++ (whose sources include the header) that cannot name anything."""
+
 
 @dataclass(frozen=True)
 class Number:
@@ -92,7 +105,7 @@ class Subject:
     def name(self) -> str:
         """An identifier made from the recipe's name."""
         stem = re.sub(r"\W+", "_", Path(self.source).stem.lower(), flags=re.ASCII).strip("_") or "recipe"
-        return f"recipe_{stem}" if stem[0].isdigit() else stem
+        return f"recipe_{stem}" if stem[0].isdigit() or stem in KEYWORDS else stem
 
     @property
     def heading(self) -> list[str]:
