@@ -9,6 +9,9 @@ LONGEST_NAME = 100
 class UsageError(Exception):
     """The command cannot be carried out as it was given; nothing was read or written."""
 
+    def __init__(self, message: str) -> None:
+        super().__init__(_printable(message))
+
 
 class RecipeError(UsageError):
     """A recipe is wrong; the message names the file, the key and the rule."""
