@@ -647,7 +647,7 @@ CompfiltStatus compfilt_third_order_from_gains(float k1,
 // `state` is NULL, or points to a state that nobody else uses.
 CompfiltStatus compfilt_start_1(struct CompfiltState1 *state);
 
-// Starts a filter of order 1 from a known level 0; the others are zero.
+// Starts a filter of order 1 from a known level 0; the others are zero. A NaN or infinite level is refused.
 //
 // # Safety
 // `state` is NULL, or points to a state that nobody else uses.
@@ -688,7 +688,7 @@ CompfiltStatus compfilt_correct_1(const struct CompfiltFilter1 *filter,
 // `state` is NULL, or points to a state that nobody else uses.
 CompfiltStatus compfilt_start_2(struct CompfiltState2 *state);
 
-// Starts a filter of order 2 from a known level 0; the others are zero.
+// Starts a filter of order 2 from a known level 0; the others are zero. A NaN or infinite level is refused.
 //
 // # Safety
 // `state` is NULL, or points to a state that nobody else uses.
@@ -729,7 +729,7 @@ CompfiltStatus compfilt_correct_2(const struct CompfiltFilter2 *filter,
 // `state` is NULL, or points to a state that nobody else uses.
 CompfiltStatus compfilt_start_3(struct CompfiltState3 *state);
 
-// Starts a filter of order 3 from a known level 0; the others are zero.
+// Starts a filter of order 3 from a known level 0; the others are zero. A NaN or infinite level is refused.
 //
 // # Safety
 // `state` is NULL, or points to a state that nobody else uses.
@@ -793,14 +793,15 @@ CompfiltStatus compfilt_mahony_update(const struct CompfiltMahony *filter,
                                       const float *mag,
                                       uint8_t *flags);
 
-// Starts a rate filter at `rate` in rad/s, which the gyro is taken to have read.
+// Starts a rate filter at `rate` in rad/s, which the gyro is taken to have read. A NaN or infinite rate is refused.
 //
 // # Safety
 // `state` is NULL, or points to a state that nobody else uses.
-CompfiltStatus compfilt_rate_start(struct CompfiltRateState *state, float rate);
+CompfiltStatus compfilt_rate_start(struct CompfiltRateState *state,
+                                   float rate);
 
 // One sample: `gyro` in rad/s, `angular_acceleration` in rad/s^2. Where one of them is NaN or infinite, the answer says so and
-// the state stays as it is. `filter` is made by `compfilt_first_order`.
+// the state stays as it is. Where the filter itself overflows it starts anew at the gyro's rate. `filter` is made by `compfilt_first_order`.
 //
 // # Safety
 // The pointers are NULL, or point to what they say; nobody else uses the state, nobody changes the filter.
