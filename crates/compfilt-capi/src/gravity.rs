@@ -1,13 +1,13 @@
 //! The gravity filter of order 2, and the design that it shares with the self-calibrating one.
 
-use crate::border::{Mirror, given, given_mut, is_bool, store_flags, vector};
+use crate::attitude::{Vectors, advance, store_attitude};
+use crate::border::{Mirror, given, given_mut, is_bool};
 use crate::parts::{Heading, HeldRate, Rest, Rotation};
 use crate::sensors::{HeadingRule, RestRule, Sensors};
 use crate::status::Status;
+use compfilt_core::Error;
 use compfilt_core::attitude::{self, GravityFilter, GravityState as State};
 use compfilt_core::linear::SplitGains;
-use compfilt_core::nalgebra::Vector3;
-use compfilt_core::{Error, Flags};
 
 /// What a person wants of a gravity filter: `compfilt_gravity_defaults` fills it, then change what you like.
 #[derive(Clone, Copy, Debug)]
@@ -231,29 +231,11 @@ pub unsafe extern "C" fn compfilt_gravity_update(
     mag: *const f32,
     flags: *mut u8,
 ) -> Status {
+    let work = |core: &Core, state: &mut _, (gyro, acc, mag): &Vectors| {
+        core.filter.update(&core.gains, state, gyro, acc, mag.as_ref())
+    };
     // SAFETY: the caller's promise is the same.
-    let (all, mag) =
-        unsafe { ((given(filter), given_mut(state), vector(gyro), vector(acc)), vector(mag).ok()) };
-    let (Ok(filter), Ok(state), Ok(gyro), Ok(acc)) = all else { return Status::Null };
-    match updated(filter, state, &gyro, &acc, mag.as_ref()) {
-        Ok(raised) => {
-            // SAFETY: the caller's promise is the same.
-            unsafe { store_flags(flags, raised) };
-            Status::Ok
-        }
-        Err(status) => status,
-    }
-}
-
-fn updated(
-    filter: &Gravity,
-    state: &mut GravityState,
-    gyro: &Vector3<f32>,
-    acc: &Vector3<f32>,
-    mag: Option<&Vector3<f32>>,
-) -> Result<Flags, Status> {
-    let Core { filter, gains } = filter.core()?;
-    Ok(filter.update(gains, state.core_mut()?, gyro, acc, mag))
+    unsafe { advance((filter, state), (gyro, acc, mag), flags, work) }.into()
 }
 
 /// The attitude turned ahead by the design's `advance`: the quaternion w, x, y, z from body to world.
@@ -266,15 +248,7 @@ pub unsafe extern "C" fn compfilt_gravity_attitude(
     state: *const GravityState,
     quaternion: *mut f32,
 ) -> Status {
+    let attitude = |core: &Core, state: &_| Some(core.filter.attitude(state)?.0);
     // SAFETY: the caller's promise is the same.
-    let all = unsafe { (given(filter), given(state), given_mut(quaternion.cast::<[f32; 4]>())) };
-    let (Ok(filter), Ok(state), Ok(place)) = all else { return Status::Null };
-    let (filter, state) = match (filter.core(), state.core()) {
-        (Ok(core), Ok(state)) => (&core.filter, state),
-        _ => return Status::Struct,
-    };
-    let Some((rotation, _)) = filter.attitude(state) else { return Status::NotStarted };
-    let [x, y, z] = rotation.v.into();
-    *place = [rotation.w, x, y, z];
-    Status::Ok
+    unsafe { store_attitude((filter, state), quaternion, attitude) }.into()
 }

@@ -22,6 +22,7 @@
 #[cfg(test)]
 extern crate std;
 
+mod attitude;
 mod border;
 pub mod calibrating;
 pub mod gravity;

@@ -1,12 +1,12 @@
 //! Mahony's filters with a bias.
 
-use crate::border::{Mirror, given, given_mut, is_bool, store_flags, vector};
+use crate::attitude::{Vectors, advance};
+use crate::border::{Mirror, given_mut, is_bool};
 use crate::parts::{HeldRate, Rotation};
 use crate::sensors::Sensors;
 use crate::status::Status;
 use compfilt_core::attitude::{self, MahonyForm as Form, MahonyState as State};
-use compfilt_core::nalgebra::Vector3;
-use compfilt_core::{Flags, Gains, PiForm};
+use compfilt_core::{Gains, PiForm};
 
 /// How the measured directions become an innovation, and where the gyro turns the estimate.
 #[derive(Clone, Copy, Debug)]
@@ -142,27 +142,9 @@ pub unsafe extern "C" fn compfilt_mahony_update(
     mag: *const f32,
     flags: *mut u8,
 ) -> Status {
+    let work = |core: &Core, state: &mut _, (gyro, acc, mag): &Vectors| {
+        core.filter.update(&core.gains, state, gyro, acc, mag.as_ref())
+    };
     // SAFETY: the caller's promise is the same.
-    let (all, mag) =
-        unsafe { ((given(filter), given_mut(state), vector(gyro), vector(acc)), vector(mag).ok()) };
-    let (Ok(filter), Ok(state), Ok(gyro), Ok(acc)) = all else { return Status::Null };
-    match updated(filter, state, &gyro, &acc, mag.as_ref()) {
-        Ok(raised) => {
-            // SAFETY: the caller's promise is the same.
-            unsafe { store_flags(flags, raised) };
-            Status::Ok
-        }
-        Err(status) => status,
-    }
-}
-
-fn updated(
-    filter: &Mahony,
-    state: &mut MahonyState,
-    gyro: &Vector3<f32>,
-    acc: &Vector3<f32>,
-    mag: Option<&Vector3<f32>>,
-) -> Result<Flags, Status> {
-    let Core { filter, gains } = filter.core()?;
-    Ok(filter.update(gains, state.core_mut()?, gyro, acc, mag))
+    unsafe { advance((filter, state), (gyro, acc, mag), flags, work) }.into()
 }
