@@ -32,24 +32,10 @@ from compfilt.logs.parts import PART_ROWS
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.writers import ROWS_PER_GROUP
+from logs import COLUMNS, RECIPES
 from timing import machine, table
 
-COLUMNS = ("gx", "gy", "gz", "ax", "ay", "az")
-
-RECIPE = """
-version = 1
-[log]
-rate = 1000.0
-measurement = { column = "ax", unit = "deg" }
-derivative = { column = "gx", unit = "deg/s" }
-[filter]
-kind = "pi"
-kp = 2.0
-ki = 1.0
-[output]
-columns = ["estimate", "bias"]
-keep = ["gy", "gz", "ay", "az"]
-"""
+RECIPE = RECIPES["PI"]
 SLOW = RECIPE.replace("kp = 2.0", "kp = 2e-6").replace("ki = 1.0", "ki = 1e-12")
 
 
