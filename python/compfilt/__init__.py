@@ -79,9 +79,9 @@ __all__ = [
 
 
 def __getattr__(name: str) -> ModuleType:
-    """Import `design` when it is asked for: it needs SciPy."""
-    if name == "design":
+    """Import what needs more than NumPy when it is asked for."""
+    if name in {"design", "noise", "plot", "simulate"}:
         from importlib import import_module  # noqa: PLC0415
 
-        return import_module("compfilt.design")
+        return import_module(f"compfilt.{name}")
     raise AttributeError(f"module 'compfilt' has no attribute {name!r}")

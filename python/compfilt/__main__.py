@@ -7,7 +7,9 @@ __all__ = ["main"]
 
 EXTRAS = {
     "logs": ("the command line", ("pyarrow", "tomli", "tqdm", "typer")),
-    "plot": ("a picture", ("matplotlib",)),
+    "plot": ("a picture", ("matplotlib", "tsdownsample")),
+    "design": ("the choice of gains", ("scipy",)),
+    "noise": ("an Allan deviation", ("allantools",)),
     "cluster": ("a scheduler", ("dask", "distributed")),
 }
 """The extras: what needs them, and what they bring."""

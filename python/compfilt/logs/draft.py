@@ -140,8 +140,7 @@ class Draft:
         self._file.flush()
         os.fsync(self._file.fileno())
         size = os.fstat(self._file.fileno()).st_size
-        self._next_checkpoint.unlink(missing_ok=True)
-        with self._next_checkpoint.open("x", encoding="utf-8") as file:
+        with _own_file(self._next_checkpoint) as file:
             json.dump({"identity": self._identity, "bytes": size, "state": state}, file)
             file.flush()
             os.fsync(file.fileno())
@@ -202,6 +201,15 @@ def _create(path: str, flags: int) -> int:
         os.close(handle)
         raise LogError(f"{path} cannot be written: it is not a file of its own")
     return handle
+
+
+def _own_file(path: Path) -> IO[str]:
+    """Open a new file in place of whatever has the name; a link there is removed, not followed."""
+    for _ in range(100):  # somebody may make the link again between the two
+        path.unlink(missing_ok=True)
+        with contextlib.suppress(FileExistsError):
+            return path.open("x", encoding="utf-8")
+    raise LogError(f"{path} cannot be written: it is not a file of its own")
 
 
 def _sync_folder(folder: Path) -> None:

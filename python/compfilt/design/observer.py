@@ -1,17 +1,10 @@
-"""Observer gains from weights or from noise covariances. Needs SciPy: the extra ``design``."""
+"""Observer gains from weights or from noise covariances."""
 
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-
-try:
-    from scipy.linalg import matrix_balance, null_space, solve_discrete_are  # type: ignore[import-untyped]
-except ModuleNotFoundError as error:
-    if (error.name or "").partition(".")[0] != "scipy":
-        raise
-    message = "compfilt.design needs the extra \"design\": pip install 'compfilt[design]'"
-    raise ImportError(message) from error
+from scipy.linalg import matrix_balance, null_space, solve_discrete_are  # type: ignore[import-untyped]
 
 __all__ = ["luenberger", "observer_poles"]
 

@@ -1,33 +1,16 @@
-"""Results as pictures. Needs matplotlib: the extra ``plot``.
-
-Examples
---------
->>> import numpy as np
->>> import compfilt as cf
->>> from compfilt import plot
->>> estimate = cf.GravityFilter().estimate(np.zeros((300, 3)), np.tile([0.0, 0.0, 9.81], (300, 1)), fs=100.0)
->>> plot.attitude(estimate, fs=100.0).savefig("attitude.png")  # doctest: +SKIP
-"""
+"""Results as pictures."""
 
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from compfilt._core import AttitudeEstimate
 from compfilt.angles import quaternion_to_angles
-
-try:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-except ModuleNotFoundError as error:
-    if (error.name or "").partition(".")[0] != "matplotlib":
-        raise
-    message = "compfilt.plot needs the extra \"plot\": pip install 'compfilt[plot]'"
-    raise ModuleNotFoundError(message, name=error.name) from error
-
-from compfilt.panels import draw_flags, draw_legend, draw_lines, draw_rest, set_flags, with_unit
+from compfilt.plot.panels import draw_flags, draw_legend, draw_lines, draw_rest, set_flags, with_unit
 
 __all__ = ["ENDINGS", "attitude", "result", "save"]
 
