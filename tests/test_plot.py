@@ -14,12 +14,13 @@ from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
 import compfilt as cf
-from compfilt import panels, plot
+from compfilt import plot
 from compfilt.angles import quaternion_to_angles
 from compfilt.logs.errors import LogError, UsageError
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.recipe import parse_recipe
 from compfilt.logs.results import GROUPS
+from compfilt.plot import panels
 
 plt.switch_backend("agg")
 
