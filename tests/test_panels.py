@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
-from compfilt import panels
+from compfilt.plot import panels
 
 
 def drawn(axes):
