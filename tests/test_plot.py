@@ -1,6 +1,5 @@
 """Pictures: what is drawn is what the result holds, and what fails is one line."""
 
-import doctest
 import os
 import subprocess
 import sys
@@ -308,10 +307,6 @@ def test_float32_and_filters_without_rest():
 def test_estimates_that_cannot_be_drawn(options, message):
     with pytest.raises(ValueError, match=f"^{message}$"):
         plot.attitude(estimate(), **options)
-
-
-def test_examples():
-    assert doctest.testmod(plot).failed == 0
 
 
 # --------------------------------------------------------------------------------------------------------------- files
