@@ -137,4 +137,4 @@ def _unit(table: pa.Table, name: str) -> str:
     kind: Any = table.field(name).type
     if is_time(kind):
         return str(kind.unit)
-    return str((table.field(name).metadata or {}).get(b"unit", b"").decode())
+    return str((table.field(name).metadata or {}).get(b"unit", b"").decode(errors="replace"))
