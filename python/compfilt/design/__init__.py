@@ -8,20 +8,35 @@ except ModuleNotFoundError as error:
     message = "compfilt.design needs the extra \"design\": pip install 'compfilt[design]'"
     raise ImportError(message) from error
 
+from compfilt.design.assess import assess
 from compfilt.design.densities import from_densities
 from compfilt.design.observer import luenberger, observer_poles
 from compfilt.design.prediction import Prediction, predict
+from compfilt.design.recording import LinearRecording, Recording, TiltRecording, from_recordings
 from compfilt.design.result import Designed
 from compfilt.design.sensitivity import GainSensitivity
 from compfilt.design.spectra import from_spectra
+from compfilt.design.speed import bias_time, cutoff, settling_time
+from compfilt.design.targets import from_bias_time, from_cutoff, from_settling_time
 
 __all__ = [
     "Designed",
     "GainSensitivity",
+    "LinearRecording",
     "Prediction",
+    "Recording",
+    "TiltRecording",
+    "assess",
+    "bias_time",
+    "cutoff",
+    "from_bias_time",
+    "from_cutoff",
     "from_densities",
+    "from_recordings",
+    "from_settling_time",
     "from_spectra",
     "luenberger",
     "observer_poles",
     "predict",
+    "settling_time",
 ]

@@ -83,7 +83,9 @@ def from_densities(
     r = positive("measurement", measurement)
     q = (positive("derivative", derivative, zero=True), *walks(walk))
     if kind == "butterworth":
-        raise ValueError("kind must not be 'butterworth': a 'chain' with noise at its last level alone is one")
+        raise ValueError(
+            "kind must not be 'butterworth': a 'chain' with noise at its last level alone is one"
+        )
     if kind == "chain":
         first = family(kind, 6, None, derivative_order).derivative_order
         model = family(kind, first + len(q) - 1, None, first)
@@ -91,7 +93,9 @@ def from_densities(
         model = family(kind, None, None, derivative_order)
     wanted = model.walks_absorbed + 1
     if len(q) > wanted:
-        raise ValueError(f"walk must be left out for kind {kind!r}, which has no level for it: use 'pi' or 'chain'")
+        raise ValueError(
+            f"walk must be left out for kind {kind!r}, which has no level for it: use 'pi' or 'chain'"
+        )
     if len(q) < wanted or not q[-1]:
         name = "walk" if wanted > 1 else "derivative"
         raise ValueError(f"{name} must be above 0 for kind {kind!r}: without it the best gain is 0")

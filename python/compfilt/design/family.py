@@ -5,7 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from compfilt._core import Butterworth, Chain, FirstOrder, LinearFilter, PiForm, SecondOrderInertial, ThirdOrder
+from compfilt._core import (
+    Butterworth,
+    Chain,
+    FirstOrder,
+    LinearFilter,
+    PiForm,
+    SecondOrderInertial,
+    ThirdOrder,
+)
 
 __all__ = ["KINDS", "Family", "family"]
 
@@ -93,7 +101,8 @@ class Family:
             lower = np.append(lower, np.zeros(upper.size - lower.size))
             upper, lower = lower, np.append(upper[1:] - upper[0] / (lower[0] or 1.0) * lower[1:], 0.0)
         c = np.array(column)
-        return np.log(np.concatenate((c[1:2], c[2:] / c[:-2])))
+        logarithms: Array = np.log(np.concatenate((c[1:2], c[2:] / c[:-2])))
+        return logarithms
 
 
 def family(
@@ -111,7 +120,9 @@ def family(
     if kind in _ORDERS:
         for name, value in (("order", order), ("split", split), ("derivative_order", derivative_order)):
             if value is not None:
-                raise ValueError(f"{name} does not belong to kind {kind!r}: it belongs to 'butterworth' and 'chain'")
+                raise ValueError(
+                    f"{name} does not belong to kind {kind!r}: it belongs to 'butterworth' and 'chain'"
+                )
         order, derivative = _ORDERS[kind]
         return Family(kind, order, derivative, order)
     if kind == "butterworth" and derivative_order not in {None, 1}:

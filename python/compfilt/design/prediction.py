@@ -48,7 +48,9 @@ class NoiseModel:
     bias: float = 0.0
 
     @classmethod
-    def of(cls, measurement: Noise, derivative: Noise, walk: float | Sequence[float], bias: float) -> "NoiseModel":
+    def of(
+        cls, measurement: Noise, derivative: Noise, walk: float | Sequence[float], bias: float
+    ) -> "NoiseModel":
         """Check what the user gives."""
         return cls(
             as_source("measurement", measurement),
@@ -164,5 +166,7 @@ def _grid(running: Running, measured: Array) -> Array:
     slowest = float(np.abs(running.design.poles).min()) / (2.0 * np.pi)
     lowest = min(1e-3 * slowest, 0.1 * highest)
     points = int(BANDS * np.log10(highest / lowest)) + 2
-    grid = np.union1d(np.geomspace(lowest, highest, points), measured[(measured > lowest) & (measured < highest)])
+    grid = np.union1d(
+        np.geomspace(lowest, highest, points), measured[(measured > lowest) & (measured < highest)]
+    )
     return np.concatenate(([0.0], grid))

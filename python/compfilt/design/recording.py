@@ -2,8 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -85,7 +84,7 @@ class TiltRecording:
     acc: Array
     truth: Array
     fs: float
-    axes: str = "flu"
+    axes: Literal["flu", "frd", "cube"] = "flu"
 
     def squared_errors(self, design: LinearFilter) -> Array:
         """Return the squared error at every sample, (n,), the mean over the two angles."""
@@ -147,7 +146,7 @@ def from_recordings(
     True
     """
     chosen = family(kind, order, split, derivative_order)
-    scores = _Scores.of(recordings, folds)
+    scores = _Scores(recordings, folds, chosen.butterworth(1.0))
     everything = np.ones(scores.folds, bool)
     design, at_end = scores.best(chosen, everything)
     crossed = []
@@ -156,75 +155,65 @@ def from_recordings(
         crossed.append(scores.sums(others)[fold])
     measured = (
         ("error on the recordings (RMS)", scores.error(design, everything)),
-        ("error on recordings left out (RMS, cross-validated)", float(np.sqrt(np.sum(crossed) / scores.count))),
+        (
+            "error on recordings left out (RMS, cross-validated)",
+            float(np.sqrt(np.sum(crossed) / scores.count)),
+        ),
     )
     changed = sensitivity(design, lambda other: scores.error(other, everything), MEASURED_STEP)
     warning = "the best gains lie at the end of the search: one signal is nearly all error, or the recordings are short"
     return Designed(design, sensitivity=changed, measured=measured, warnings=(warning,) if at_end else ())
 
 
-@dataclass(frozen=True)
 class _Scores:
-    """The squared errors of designs, summed over each fold."""
+    """The squared errors of designs, summed over each fold; each design is tried once."""
 
-    recordings: tuple[Recording, ...]
-    folds: int
-    counts: Array
-    slowest: float
-    fastest: float
-
-    @classmethod
-    def of(cls, recordings: Sequence[Recording], folds: int) -> "_Scores":
+    def __init__(self, recordings: Sequence[Recording], folds: int, probe: LinearFilter) -> None:
         if not recordings:
             raise ValueError("recordings must have at least one")
         if folds < 2:
             raise ValueError(f"folds must be at least 2, not {folds}")
-        rates = [positive("fs", each.fs) for each in recordings]
-        several = len(recordings) > 1
-        number = min(folds, len(recordings)) if several else folds
-        probe = compfilt.FirstOrder(1.0)
-        counts, longest = np.zeros(number), 0.0
-        for which, each in enumerate(recordings):
+        self.recordings = tuple(recordings)
+        self.folds = min(folds, len(recordings)) if len(recordings) > 1 else folds
+        self.fastest = 0.5 * max(positive("fs", each.fs) for each in recordings)
+        self.counts, longest = np.zeros(self.folds), 0.0
+        for which, each in enumerate(self.recordings):
             errors = each.squared_errors(probe)
-            counts += _by_fold(np.isfinite(errors).astype(float), which, number, several=several)
+            self.counts += self._by_fold(np.isfinite(errors).astype(float), which)
             longest = max(longest, errors.size / each.fs)
-        if not counts.all():
-            raise ValueError("recordings must have a known truth in every fold: use fewer folds or longer recordings")
-        return cls(tuple(recordings), number, counts, 0.1 / longest, 0.5 * max(rates))
-
-    @property
-    def count(self) -> float:
-        return float(self.counts.sum())
+        if not self.counts.all():
+            raise ValueError(
+                "recordings must have a known truth in every fold: use fewer folds or longer recordings"
+            )
+        self.count = float(self.counts.sum())
+        self.slowest = 0.1 / longest
+        self._known: dict[LinearFilter, Array] = {}
 
     def sums(self, design: LinearFilter) -> Array:
         """Return the sum of the squared errors over each fold."""
-        return _sums(self, design)
+        if design not in self._known:
+            self._known[design] = sum(
+                (
+                    self._by_fold(np.nan_to_num(each.squared_errors(design)), which)
+                    for which, each in enumerate(self.recordings)
+                ),
+                np.zeros(self.folds),
+            )
+        return self._known[design]
 
     def error(self, design: LinearFilter, chosen: npt.NDArray[np.bool_]) -> float:
+        """Return the root mean square error over some folds."""
         return float(np.sqrt(self.sums(design)[chosen].sum() / self.counts[chosen].sum()))
 
     def best(self, kind: Family, chosen: npt.NDArray[np.bool_]) -> tuple[LinearFilter, bool]:
+        """Return the design with the least error over some folds, and whether it lies at an end of the search."""
         return least(kind, lambda design: self.error(design, chosen), self.slowest, self.fastest)
 
-    def __hash__(self) -> int:
-        return id(self)
-
-
-@lru_cache(maxsize=4096)
-def _sums(scores: _Scores, design: LinearFilter) -> Array:
-    """Each fold begins with the same designs: they are tried once."""
-    several = len(scores.recordings) > 1
-    sums = np.zeros(scores.folds)
-    for which, each in enumerate(scores.recordings):
-        sums += _by_fold(np.nan_to_num(each.squared_errors(design)), which, scores.folds, several=several)
-    return sums
-
-
-def _by_fold(values: Array, which: int, folds: int, *, several: bool) -> Array:
-    """Add up: a whole recording belongs to one fold, a single one is cut into blocks of time."""
-    if several:
-        return np.where(np.arange(folds) == which % folds, values.sum(), 0.0)
-    return np.array([block.sum() for block in np.array_split(values, folds)])
+    def _by_fold(self, values: Array, which: int) -> Array:
+        """Add up: one of several recordings belongs to one fold, a single one is cut into blocks of time."""
+        if len(self.recordings) > 1:
+            return np.where(np.arange(self.folds) == which % self.folds, values.sum(), 0.0)
+        return np.array([block.sum() for block in np.array_split(values, self.folds)])
 
 
 def _squared(error: Array, period: float | None) -> Array:

@@ -8,6 +8,7 @@ import numpy as np
 from compfilt._core import Butterworth, FirstOrder, LinearFilter, PiForm, SecondOrderInertial, ThirdOrder
 from compfilt.design.prediction import Prediction
 from compfilt.design.sensitivity import GainSensitivity
+from compfilt.design.speed import bias_time, cutoff, settling_time
 
 __all__ = ["Designed"]
 
@@ -104,11 +105,14 @@ class Designed:
             for i, gain in enumerate(self.design.coefficients, start=1)
         ]
         lines.append("  poles / (rad/s): " + ", ".join(_pole(pole) for pole in _one_of_a_pair(self.design)))
+        lines.append("  " + self._speed())
         if self.prediction is not None:
             lines.append(f"predicted error at {self.prediction.fs:g} Hz{per}: {self.prediction.sigma:.4g}")
             lines += [f"  {CAUSES[name]:<32}{part:>12.4g}" for name, part in self.prediction.parts.items()]
         if self.sensitivity:
-            lines.append(f"  {'if a gain changes':<20}{'halved':>12}{'doubled':>12}{'d ln error / d ln gain':>26}")
+            lines.append(
+                f"  {'if a gain changes':<20}{'halved':>12}{'doubled':>12}{'d ln error / d ln gain':>26}"
+            )
             lines += [
                 f"  {each.gain:<20}{each.halved:>12.4g}{each.doubled:>12.4g}{each.slope:>26.3f}"
                 for each in self.sensitivity
@@ -117,28 +121,39 @@ class Designed:
         lines += [f"warning: {warning}" for warning in self.warnings]
         return "\n".join(lines)
 
+    def _speed(self) -> str:
+        parts = [
+            f"cut-off {cutoff(self.design):.4g} Hz",
+            f"settles to 2 % in {settling_time(self.design):.4g} s",
+        ]
+        if self.design.split == self.design.order > self.design.derivative_order:
+            parts.append(f"bias to 10 % in {bias_time(self.design):.4g} s")
+        return ", ".join(parts)
+
 
 def _parameters(design: LinearFilter) -> dict[str, Any]:
     gains = design.coefficients
+    split = {} if design.split == design.order else {"split": design.split}
     match design:
         case FirstOrder():
-            return {"kind": "first_order", "tau": design.tau}
+            found: dict[str, Any] = {"kind": "first_order", "tau": design.tau}
         case PiForm():
-            return {"kind": "pi", "kp": design.kp, "ki": design.ki}
+            found = {"kind": "pi", "kp": design.kp, "ki": design.ki}
         case Butterworth():
-            split = {} if design.split == design.order else {"split": design.split}
             q = {} if design.q == 1.0 else {"q": design.q}
-            return {"kind": "butterworth", "omega0": design.omega0, "order": design.order} | q | split
+            found = {"kind": "butterworth", "omega0": design.omega0, "order": design.order} | q | split
         case ThirdOrder():
-            return {"kind": "third_order", "k1": gains[0], "k2": gains[1], "k3": gains[2]}
-        case SecondOrderInertial() if gains[0] ** 2 < 3.0 * gains[1]:
-            return {"kind": "second_order_inertial", "omega0": float(np.sqrt(gains[1]))}
+            found = {"kind": "third_order", "k1": gains[0], "k2": gains[1], "k3": gains[2]}
+        case SecondOrderInertial() if (
+            gains[0] ** 2 < 3.0 * gains[1]
+        ):  # 2 with Butterworth poles, 4 with a double one
+            found = {"kind": "second_order_inertial", "omega0": float(np.sqrt(gains[1]))}
         case SecondOrderInertial():
-            return {"kind": "second_order_inertial", "tau": 1.0 / float(np.sqrt(gains[1]))}
+            found = {"kind": "second_order_inertial", "tau": 1.0 / float(np.sqrt(gains[1]))}
         case _:
-            split = {} if design.split == design.order else {"split": design.split}
             derivative = {"derivative_order": design.derivative_order}
-            return {"kind": "chain", "coefficients": list(gains)} | derivative | split
+            found = {"kind": "chain", "coefficients": list(gains)} | derivative | split
+    return found
 
 
 def _toml(value: object) -> str:

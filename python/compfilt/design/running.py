@@ -48,16 +48,16 @@ class Running:
         """What one step makes of each state alone, of y alone and of u alone: (states, states + 2)."""
         order = self.design.order
         alone = np.eye(order + 2)
-        step: Array = self.design.estimate(
+        levels = self.design.estimate(
             alone[order : order + 1],
             alone[order + 1 :],
             fs=self.fs,
             initial=alone[:order],
             rule=self.rule,
-        ).levels[:, 0]
+        ).levels
         # State i has the unit of the estimate per s^i. In units of the filter's own time all numbers are of one size.
         units = float(np.prod(np.abs(self.design.poles))) ** (np.arange(order) / order)
-        step = step / units[:, np.newaxis]
+        step: Array = levels[:, 0].astype(np.float64) / units[:, np.newaxis]
         step[:, :order] *= units
         return step
 

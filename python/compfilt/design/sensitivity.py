@@ -51,7 +51,11 @@ def sensitivity(
 
     def slope(which: int) -> float:
         up, down = error(which, np.exp(step)), error(which, np.exp(-step))
-        return float(np.log(up / down) / (2.0 * step)) if np.isfinite(up) and np.isfinite(down) and down else np.nan
+        return (
+            float(np.log(up / down) / (2.0 * step))
+            if np.isfinite(up) and np.isfinite(down) and down
+            else np.nan
+        )
 
     return tuple(
         GainSensitivity(f"k{i + 1}", k, slope(i), error(i, 0.5), error(i, 2.0))

@@ -99,7 +99,11 @@ def from_spectra(
         FASTEST * rate,
     )
     result = assessed(design, noise, rate, rule)
-    return result.with_warning("the best gains lie at the end of the search: one signal is nearly all noise") if at_end else result
+    return (
+        result.with_warning("the best gains lie at the end of the search: one signal is nearly all noise")
+        if at_end
+        else result
+    )
 
 
 def _check_noise(noise: NoiseModel, chosen: Family) -> None:

@@ -128,7 +128,9 @@ def from_bias_time(
     20.0
     """
     wanted = positive("time", time)
-    return _scaled(lambda design: speed.bias_time(design, within) / wanted, kind, order, None, derivative_order)
+    return _scaled(
+        lambda design: speed.bias_time(design, within) / wanted, kind, order, None, derivative_order
+    )
 
 
 def _scaled(
