@@ -16,7 +16,7 @@ from compfilt.design.running import Rule
 from compfilt.design.sensitivity import sensitivity
 from compfilt.design.source import positive
 
-__all__ = ["LinearRecording", "Recording", "TiltRecording", "from_recordings"]
+__all__ = ["LinearRecording", "Recording", "TiltRecording", "from_recordings", "squared"]
 
 Array = npt.NDArray[np.float64]
 
@@ -62,7 +62,7 @@ class LinearRecording:
         estimate = design.filter(
             self.measurement, self.derivative, fs=self.fs, period=self.period, rule=self.rule
         )
-        return _squared(np.asarray(estimate, float) - self.truth, self.period)
+        return squared(np.asarray(estimate, float) - self.truth, self.period)
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class TiltRecording:
         """Return the squared error at every sample, (n,), the mean over the two angles."""
         tilt = compfilt.TiltFilter(design, axes=self.axes)
         angles = tilt.estimate(self.gyro, self.acc, fs=self.fs).angles
-        return _squared(np.asarray(angles, float) - self.truth, 2.0 * np.pi)
+        return squared(np.asarray(angles, float) - self.truth, 2.0 * np.pi)
 
 
 def from_recordings(
@@ -216,7 +216,8 @@ class _Scores:
         return np.array([block.sum() for block in np.array_split(values, self.folds)])
 
 
-def _squared(error: Array, period: float | None) -> Array:
+def squared(error: Array, period: float | None) -> Array:
+    """Return the squares of errors, (n,) or the mean over (n, channels), wrapped into a period; NaN where none is known."""
     if period is not None:
         error = np.remainder(error + period / 2.0, period) - period / 2.0
     squares = error**2
