@@ -232,12 +232,18 @@ def test_far_apart_poles_have_a_settling_time():
 def test_the_recipe_line_is_the_design(kind, tmp_path):
     chosen = design.from_cutoff(0.37, kind=kind).design
     unit = "m/s^2" if chosen.derivative_order == 2 else "m/s"
-    lines = ['measurement = { column = "y", unit = "m" }', f'derivative = {{ column = "u", unit = "{unit}" }}']
+    lines = [
+        'measurement = { column = "y", unit = "m" }',
+        f'derivative = {{ column = "u", unit = "{unit}" }}',
+    ]
     result = design.Designed(chosen)
     table = "\n".join(f"{name} = {json.dumps(value)}" for name, value in result.parameters().items())
     path = tmp_path / "recipe.toml"
     path.write_text(
-        "version = 1\n[log]\nrate = 100.0\n" + "\n".join(lines) + f"\n[filter]\n{table}\n[output]\ncolumns = [\"flags\"]\nunit = \"m\"\n", encoding="utf-8"
+        "version = 1\n[log]\nrate = 100.0\n"
+        + "\n".join(lines)
+        + f'\n[filter]\n{table}\n[output]\ncolumns = ["flags"]\nunit = "m"\n',
+        encoding="utf-8",
     )
     np.testing.assert_allclose(
         load_recipe(path).filter.design.build().coefficients, chosen.coefficients, rtol=1e-12
@@ -271,7 +277,11 @@ def test_parameters_of_designs_that_were_given(each):
     found = design.assess(each, fs=100.0, measurement=1.0, derivative=1.0)
     parameters = found.parameters()
     kind = parameters.pop("kind")
-    made = {"second_order_inertial": cf.SecondOrderInertial, "butterworth": cf.Butterworth, "chain": cf.Chain}[kind]
+    made = {
+        "second_order_inertial": cf.SecondOrderInertial,
+        "butterworth": cf.Butterworth,
+        "chain": cf.Chain,
+    }[kind]
     assert made(**parameters).coefficients == pytest.approx(each.coefficients, rel=1e-14)
 
 
@@ -292,12 +302,18 @@ def test_json_and_table():
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: design.from_densities(measurement=0.0, derivative=1.0), "measurement must be finite and above 0"),
+        (
+            lambda: design.from_densities(measurement=0.0, derivative=1.0),
+            "measurement must be finite and above 0",
+        ),
         (lambda: design.from_densities(measurement=1.0), "derivative must be above 0"),
         (lambda: design.from_densities(measurement=1.0, derivative=1.0, kind="pi"), "walk must be above 0"),
         (lambda: design.from_densities(measurement=1.0, derivative=1.0, walk=1.0), "walk must be left out"),
         (lambda: design.from_densities(measurement=1.0, derivative=1.0, kind="butterworth"), "'chain'"),
-        (lambda: design.from_densities(measurement=1.0, derivative=1.0, kind="kalman"), "kind must be one of"),
+        (
+            lambda: design.from_densities(measurement=1.0, derivative=1.0, kind="kalman"),
+            "kind must be one of",
+        ),
         (
             lambda: design.from_densities(measurement=1.0, derivative=1.0, walk=[1.0] * 6, kind="chain"),
             "walk must have at most 5",
@@ -311,7 +327,10 @@ def test_json_and_table():
         (lambda: design.from_cutoff(-1.0), "cutoff must be"),
         (lambda: design.from_cutoff(1.0, kind="pi", order=3), "order does not belong"),
         (lambda: design.from_cutoff(1.0, kind="chain", order=7), "order must be a whole number from 1 to 6"),
-        (lambda: design.from_cutoff(1.0, kind="chain", split=1, derivative_order=2), "split must be the order"),
+        (
+            lambda: design.from_cutoff(1.0, kind="chain", split=1, derivative_order=2),
+            "split must be the order",
+        ),
         (lambda: design.from_cutoff(1.0, kind="butterworth", derivative_order=2), "use 'chain'"),
         (lambda: design.from_settling_time(1.0, within=1.0), "within must be between 0 and 1"),
         (lambda: design.from_bias_time(1.0, kind="first_order"), "design must estimate the bias"),

@@ -1,19 +1,19 @@
 """Choose the gains of a filter."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
 from compfilt.cli.base import app, one_line
-from compfilt.logs.errors import LogError, UsageError
+from compfilt.logs.errors import UsageError
 
 if TYPE_CHECKING:
     from compfilt.design import Designed
 
 __all__ = ["design"]
 
-TARGETS = ("--cutoff", "--settling-time", "--bias-time")
+Shape: TypeAlias = dict[str, Any]
 
 
 @app.command()
@@ -103,21 +103,27 @@ def design(
     from json import dumps  # noqa: PLC0415
 
     with one_line():
-        try:
-            from compfilt import design as gains  # noqa: PLC0415 - an extra of its own
-        except ImportError as error:
-            raise UsageError(str(error)) from None
-        targets = (cutoff, settling_time, bias_time)
-        _check_ways(targets, recording, recipe, truth)
-        shape: dict[str, Any] = {"order": order, "split": split, "derivative_order": derivative_order}
+        targets = {"cutoff": cutoff, "settling_time": settling_time, "bias_time": bias_time}
+        wanted = {name: target for name, target in targets.items() if target is not None}
+        if len(wanted) + bool(recording) > 1:
+            raise UsageError(
+                "--cutoff, --settling-time, --bias-time and --recording are different ways: give one"
+            )
+        if len({bool(recording), recipe is not None, bool(truth)}) > 1:
+            raise UsageError("--recording, --recipe and --truth belong together")
+        shape: Shape = {"order": order, "split": split, "derivative_order": derivative_order}
         unit = ""
         try:
-            if recording:
-                result, unit = _from_recordings(recording, recipe, truth, kind, shape)
+            if recording and recipe is not None:
+                result, unit = _from_logs(recording, recipe, truth, kind, shape)
             else:
-                known, rate = _densities(noise, measurement_noise, derivative_noise, walk)
-                known |= {"bias": bias, "rule": rule}
-                result = _without_recordings(gains, kind, shape, targets, known, fs or rate)
+                known = _noise(noise, measurement_noise, derivative_noise, walk)
+                known |= {"bias": bias, "rule": rule} | ({} if fs is None else {"fs": fs})
+                if wanted:
+                    (way,) = wanted.items()
+                    result = _from_target(*way, kind, shape, known)
+                else:
+                    result = _from_noise(kind, shape, known)
         except ValueError as error:
             raise UsageError(str(error)) from None
         typer.echo(
@@ -125,93 +131,68 @@ def design(
         )
 
 
-def _check_ways(
-    targets: tuple[float | None, ...], recording: list[Path] | None, recipe: Path | None, truth: str
-) -> None:
-    ways = sum(target is not None for target in targets) + bool(recording)
-    if ways > 1:
-        raise UsageError(f"only one of {', '.join(TARGETS)}, --recording can be given")
-    if bool(recording) != (recipe is not None) or bool(recording) != bool(truth):
-        raise UsageError("--recording, --recipe and --truth belong together")
+def _noise(
+    file: Path | None, measurement: float | None, derivative: float | None, walk: float
+) -> dict[str, Any]:
+    """Return the densities and the rate by the names that the library has."""
+    from compfilt.design.noise_file import read_densities  # noqa: PLC0415
 
-
-def _densities(
-    noise: Path | None, measurement: float | None, derivative: float | None, walk: float
-) -> tuple[dict[str, Any], float | None]:
-    """Return the densities by the names that the library has, and the sample rate of their recording."""
-    if noise is None:
-        return {"measurement": measurement, "derivative": derivative or 0.0, "walk": walk}, None
-    from json import loads  # noqa: PLC0415
-
+    if file is None:
+        return {"measurement": measurement, "derivative": derivative or 0.0, "walk": walk}
     if measurement is not None or derivative is not None or walk:
-        raise UsageError("--noise stands for --measurement-noise, --derivative-noise and --walk")
-    try:
-        report = loads(noise.read_text(encoding="utf-8"))
-        known = {name: float(report["densities"][name]) for name in ("measurement", "derivative", "walk")}
-        return known, float(report["rate"])
-    except OSError as error:
-        raise UsageError(f"{noise}: cannot be read: {error.strerror}") from None
-    except (ValueError, KeyError, TypeError):
-        raise UsageError(f"{noise}: must be what compfilt noise --json printed") from None
-
-
-def _without_recordings(
-    gains: Any,  # noqa: ANN401 - the module
-    kind: str | None,
-    shape: dict[str, Any],
-    targets: tuple[float | None, ...],
-    known: dict[str, Any],
-    fs: float | None,
-) -> "Designed":
-    ways = (gains.from_cutoff, gains.from_settling_time, gains.from_bias_time)
-    chosen = [(way, target) for way, target in zip(ways, targets, strict=True) if target is not None]
-    noisy = known["measurement"] is not None
-    if chosen:
-        way, target = chosen[0]
-        if way is gains.from_bias_time:
-            if shape.pop("split") is not None:
-                raise UsageError(
-                    "--split does not go with --bias-time: only the full split estimates the bias"
-                )
-            kind = kind or "pi"
-        result: Designed = way(target, kind=kind or "first_order", **shape)
-        return gains.assess(result.design, fs=fs, **known) if noisy and fs is not None else result
-    if not noisy:
         raise UsageError(
-            f"nothing to choose by: give --measurement-noise, --noise, {', '.join(TARGETS)} or --recording"
+            "--noise stands for --measurement-noise, --derivative-noise and --walk: give one or the other"
+        )
+    try:
+        return read_densities(file)._asdict()
+    except OSError as error:
+        raise UsageError(f"{file}: cannot be read: {error.strerror}") from None
+
+
+def _from_target(
+    name: str, target: float, kind: str | None, shape: Shape, known: dict[str, Any]
+) -> "Designed":
+    from compfilt import design as gains  # noqa: PLC0415
+
+    kind = kind or ("pi" if name == "bias_time" else "first_order")
+    if name == "bias_time":
+        if shape["split"] is not None:
+            raise UsageError("--split does not go with --bias-time: only split = order estimates the bias")
+        result = gains.from_bias_time(
+            target, kind=kind, order=shape["order"], derivative_order=shape["derivative_order"]
+        )
+    else:
+        way = gains.from_cutoff if name == "cutoff" else gains.from_settling_time
+        result = way(target, kind=kind, **shape)
+    predicted = known["measurement"] is not None and "fs" in known
+    return gains.assess(result.design, **known) if predicted else result
+
+
+def _from_noise(kind: str | None, shape: Shape, known: dict[str, Any]) -> "Designed":
+    from compfilt import design as gains  # noqa: PLC0415
+
+    if known["measurement"] is None:
+        raise UsageError(
+            "nothing to choose by: give --measurement-noise, --noise, --cutoff, --settling-time, --bias-time or --recording"
         )
     kind = kind or ("pi" if known["walk"] else "first_order")
-    if kind == "butterworth" or shape["order"] is not None or shape["split"] is not None:
-        if fs is None:
-            raise UsageError(
-                "--fs is needed for kind butterworth, --order and --split: their error is minimised at a rate"
-            )
-        return gains.from_spectra(kind=kind, fs=fs, **shape, **known)
-    return gains.from_densities(kind=kind, fs=fs, derivative_order=shape["derivative_order"], **known)
+    if kind != "butterworth" and shape["order"] is None and shape["split"] is None:
+        return gains.from_densities(kind=kind, derivative_order=shape["derivative_order"], **known)
+    if "fs" not in known:
+        raise UsageError(
+            "--fs is needed for kind butterworth, --order and --split: their error is minimised at a rate"
+        )
+    return gains.from_spectra(kind=kind, **shape, **known)
 
 
-def _from_recordings(
-    logs: list[Path], recipe: Path | None, truth: str, kind: str | None, shape: dict[str, Any]
+def _from_logs(
+    logs: list[Path], recipe: Path, truth: str, kind: str | None, shape: Shape
 ) -> "tuple[Designed, str]":
-    from compfilt.design import from_recordings  # noqa: PLC0415
-    from compfilt.design.log import can_design, read_recording  # noqa: PLC0415
+    from compfilt.design.log import from_logs  # noqa: PLC0415
     from compfilt.logs.recipe import load_recipe  # noqa: PLC0415
 
-    loaded = load_recipe(recipe or Path())
-    columns = _names(truth)
-    recordings = []
-    for log in logs:
-        try:
-            recordings.append(read_recording(log, loaded, columns))
-        except LogError as error:
-            raise LogError(f"{log}: {error}") from None
-    if kind is None and can_design(loaded):
-        kind = loaded.filter.design.kind  # type: ignore[attr-defined]
-        named = loaded.filter.design.parameters  # type: ignore[attr-defined]
-        if kind in {"butterworth", "chain"}:
-            given = {"order": len(named.get("coefficients", ())) or None} | dict(named)
-            shape = {name: given.get(name) if value is None else value for name, value in shape.items()}
-    return from_recordings(recordings, kind=kind or "first_order", **shape), loaded.output.unit.name
+    loaded = load_recipe(recipe)
+    return from_logs(logs, loaded, _names(truth), kind=kind, **shape), loaded.output.unit.name
 
 
 def _names(truth: str) -> dict[str, str]:

@@ -6,7 +6,7 @@ except ModuleNotFoundError as error:
     if (error.name or "").partition(".")[0] != "scipy":
         raise
     message = "compfilt.design needs the extra \"design\": pip install 'compfilt[design]'"
-    raise ImportError(message) from error
+    raise ModuleNotFoundError(message, name=error.name) from error
 
 from compfilt.design.assess import assess
 from compfilt.design.densities import from_densities

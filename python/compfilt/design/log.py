@@ -1,6 +1,6 @@
 """A log with truth in it, through a recipe, as a recording that gains are chosen on. Needs the extra ``logs`` as well."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -11,7 +11,8 @@ import numpy.typing as npt
 import pyarrow as pa
 
 from compfilt._core import LinearFilter
-from compfilt.design.recording import squared
+from compfilt.design.recording import from_recordings, squared
+from compfilt.design.result import Designed
 from compfilt.logs.errors import LogError, UsageError, quoted
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.readers import open_log
@@ -19,7 +20,7 @@ from compfilt.logs.recipe import Recipe
 from compfilt.logs.signals import to_numpy
 from compfilt.logs.units import ANGLE
 
-__all__ = ["LogRecording", "can_design", "read_recording"]
+__all__ = ["LogRecording", "from_logs"]
 
 Array = npt.NDArray[np.float64]
 
@@ -55,11 +56,14 @@ class LogRecording:
     truth : mapping of str to str
         For each output that counts, the column that has its true values, in the output's unit. A missing value does not
         count.
+    name : str
+        What it is called in messages.
     """
 
     recipe: Recipe
     table: pa.Table
     truth: Mapping[str, str]
+    name: str = "the log"
 
     @cached_property
     def fs(self) -> float:
@@ -69,7 +73,7 @@ class LogRecording:
         pipeline, _ = self._run(self.recipe.filter.design.build())  # type: ignore[attr-defined]
         step = pipeline.timeline.steps.quantile(0.5) if pipeline.timeline is not None else None
         if not step:
-            raise LogError("the log must have times that go on")
+            raise LogError(f"{self.name}: the times must go on")
         return 1.0 / step
 
     @property
@@ -92,35 +96,78 @@ class LogRecording:
         )
         filter_ = replace(self.recipe.filter, design=_Given(design))  # type: ignore[call-arg]
         pipeline = Pipeline(replace(self.recipe, filter=filter_, output=output), self.table.schema)
-        return pipeline, pipeline.filter(self.table)
+        try:
+            return pipeline, pipeline.filter(self.table)
+        except LogError as error:
+            raise LogError(f"{self.name}: {error}") from None
 
 
-def can_design(recipe: Recipe) -> bool:
-    """Whether the recipe's filter has a linear design whose gains can be chosen."""
-    design = getattr(recipe.filter, "design", None)
-    return design is not None and design.kind != "rate"
+def from_logs(
+    logs: Sequence[str | Path],
+    recipe: Recipe,
+    truth: Mapping[str, str],
+    *,
+    kind: str | None = None,
+    order: int | None = None,
+    split: int | None = None,
+    derivative_order: int | None = None,
+    folds: int = 5,
+) -> Designed:
+    """Return the gains with the least root mean square error of a recipe's outputs on logs with truth.
 
+    What ``compfilt design --recording`` does; see `compfilt.design.from_recordings`.
 
-def read_recording(path: str | Path, recipe: Recipe, truth: Mapping[str, str]) -> LogRecording:
-    """Read a log, with the columns of the truth.
+    Parameters
+    ----------
+    logs
+        Logs of any format, with the recipe's inputs and columns of truth. They are held in memory.
+    recipe
+        How they are filtered. Its design is replaced by those that are tried.
+    truth
+        For each output that counts, the column with its true values, in the output's unit.
+    kind, order, split, derivative_order
+        As in `compfilt.design.from_spectra`; by default those of the recipe.
+    folds
+        As in `compfilt.design.from_recordings`.
 
     Raises
     ------
     LogError
-        It cannot be read, or a column of the truth is not there or has no numbers.
+        A log cannot be read or filtered; the message names it.
     UsageError
         The recipe's filter has no linear design.
+    ValueError
+        Kind, order and split do not go together, or a fold has no truth.
     """
-    if not can_design(recipe):
+    named = getattr(recipe.filter, "design", None)
+    if named is None or named.kind == "rate":
         raise UsageError(
             f'{recipe.source}: [filter] kind = "{recipe.filter.kind}" has no design to choose gains for'
         )
+    if kind is None:
+        kind = named.kind
+        if kind in {"butterworth", "chain"}:
+            order, split = order or named.build().order, split or named.build().split
+        if kind == "chain":
+            derivative_order = derivative_order or named.derivative_order
+    recordings = [_read(log, recipe, truth) for log in logs]
+    return from_recordings(
+        recordings, kind=kind, order=order, split=split, derivative_order=derivative_order, folds=folds
+    )
+
+
+def _read(path: str | Path, recipe: Recipe, truth: Mapping[str, str]) -> LogRecording:
     columns = recipe.columns._replace(keep=tuple(dict.fromkeys(truth.values())))
-    with open_log(path, columns) as reader:
-        table = pa.Table.from_batches(list(reader.batches()), reader.schema)
-    for column in truth.values():
-        _numbers(table, column)
-    return LogRecording(recipe, table, dict(truth))
+    try:
+        with open_log(path, columns) as reader:
+            batches = list(reader.batches())
+        # A format may order its columns differently than asked.
+        table = pa.Table.from_batches(batches) if batches else reader.schema.empty_table()
+        for column in truth.values():
+            _numbers(table, column)
+    except LogError as error:
+        raise LogError(f"{path}: {error}") from None
+    return LogRecording(recipe, table, dict(truth), str(path))
 
 
 def _numbers(table: Any, column: str) -> Array:  # noqa: ANN401 - a table of Arrow

@@ -17,10 +17,9 @@ OVERLAP = 2.0
 
 
 def colour(source: Source) -> tuple[float, float]:
-    """Return by what ratio the density (in unit/√Hz) of the loudest octave exceeds the quietest, and at which
-    frequency in Hz.
+    """Return by what ratio the density of the loudest octave exceeds that of the quietest, and at which frequency.
 
-    It is 1 where the difference can be chance. The standard error of an octave's mean is taken from the scatter of the
+    The ratio is that of densities in unit/√Hz, the frequency in Hz. The ratio is 1 where the difference can be chance. The standard error of an octave's mean is taken from the scatter of the
     points within it, by their median deviation: a line does not hide behind its own height.
     """
     if source.frequency is None or source.power is None:
