@@ -60,9 +60,7 @@ def test_every_part_is_that_of_a_monte_carlo(case, white):
 @all_cases
 def test_a_constant_bias_leaves_what_is_predicted(case):
     rows = 4000
-    estimate = case.design.filter(
-        np.zeros(rows), np.full(rows, 0.3), fs=FS, rule=case.rule, initial=0.0
-    )
+    estimate = case.design.filter(np.zeros(rows), np.full(rows, 0.3), fs=FS, rule=case.rule, initial=0.0)
     predicted = predict(case.design, fs=FS, measurement=1.0, bias=-0.3, rule=case.rule)
     assert predicted.parts["bias"] == pytest.approx(abs(estimate[-1]), rel=1e-6, abs=1e-6)
 
@@ -149,7 +147,10 @@ def test_what_is_unstable_has_an_infinite_error():
         ({"derivative": np.inf}, "derivative must be"),
         ({"walk": [1.0, -1.0]}, "walk must be"),
         ({"bias": np.nan}, "bias must be"),
-        ({"measurement": SimpleNamespace(frequency=np.arange(3.0), density=np.ones(4))}, "measurement must have one"),
+        (
+            {"measurement": SimpleNamespace(frequency=np.arange(3.0), density=np.ones(4))},
+            "measurement must have one",
+        ),
         ({"measurement": SimpleNamespace(frequency=np.arange(3.0), density=-np.ones(3))}, "not negative"),
         ({"measurement": SimpleNamespace(frequency=np.zeros(3), density=np.ones(3))}, "rising"),
     ],

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from compfilt.design.assess import assessed
-from compfilt.design.family import family
+from compfilt.design.family import HIGHEST, family
 from compfilt.design.prediction import NoiseModel, walks
 from compfilt.design.result import Designed
 from compfilt.design.running import Rule
@@ -87,7 +87,11 @@ def from_densities(
             "kind must not be 'butterworth': a 'chain' with noise at its last level alone is one"
         )
     if kind == "chain":
-        first = family(kind, 6, None, derivative_order).derivative_order
+        first = family(kind, HIGHEST, None, derivative_order).derivative_order
+        if first + len(q) - 1 > HIGHEST:
+            raise ValueError(
+                f"walk must have at most {HIGHEST - first} densities with derivative_order {first}"
+            )
         model = family(kind, first + len(q) - 1, None, first)
     else:
         model = family(kind, None, None, derivative_order)

@@ -17,9 +17,9 @@ OVERLAP = 2.0
 
 
 def colour(source: Source) -> tuple[float, float]:
-    """Return by what ratio the density (in unit/√Hz) of the loudest octave exceeds the quietest, and where.
+    """Return by what ratio the density of the loudest octave exceeds that of the quietest, and at which frequency.
 
-    It is 1 where the difference can be chance. The standard error of an octave's mean is taken from the scatter of the
+    The ratio is that of densities in unit/√Hz, the frequency in Hz. The ratio is 1 where the difference can be chance. The standard error of an octave's mean is taken from the scatter of the
     points within it, by their median deviation: a line does not hide behind its own height.
     """
     if source.frequency is None or source.power is None:
@@ -33,7 +33,7 @@ def colour(source: Source) -> tuple[float, float]:
         means.append(points.mean())
         scatter = 1.4826 * np.median(np.abs(points - np.median(points)))
         errors.append(scatter * np.sqrt(OVERLAP / points.size))
-        places.append(source.frequency[octave == each].mean())
+        places.append(source.frequency[octave == each][np.argmax(points)])
     if not means:
         return 1.0, 0.0
     quiet, loud = int(np.argmin(means)), int(np.argmax(means))
