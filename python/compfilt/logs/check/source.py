@@ -87,7 +87,9 @@ def _evenly(batches: Iterator[pa.RecordBatch]) -> Iterator[pa.RecordBatch]:
         yield _joined(held)
 
 
-def read_chunks(path: str | Path, time: str | None, signals: Sequence[str]) -> Iterator[Chunk]:
+def read_chunks(
+    path: str | Path, time: str | None, signals: Sequence[str], separator: str | None = None
+) -> Iterator[Chunk]:
     """Yield the rows of a log in order, at most 65 536 at a time.
 
     Raises
@@ -96,7 +98,8 @@ def read_chunks(path: str | Path, time: str | None, signals: Sequence[str]) -> I
         The log cannot be read, or a column is missing or holds something else than numbers.
     """
     count = Ticks()
-    with open_log(path, Columns(tuple(signals), () if time is None else (time,))) as reader:
+    columns = Columns(tuple(signals), () if time is None else (time,), separator=separator)
+    with open_log(path, columns) as reader:
         told = None if time is None else told_unit(reader.schema.field(time))
         for batch in _evenly(reader.batches()):
             # One row a sample, so that the memory of a row lies together.
