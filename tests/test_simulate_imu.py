@@ -1,7 +1,5 @@
 """The simulated inertial sensor: each error against its closed form, the noises against their Allan curve."""
 
-import doctest
-import importlib
 import math
 from dataclasses import replace
 
@@ -383,10 +381,3 @@ def test_command_keeps_what_is_there(tmp_path):
     assert run("-o", path, "--duration", 1).exit_code == 2
     assert path.read_text() == "mine"
     assert run("-o", path, "--duration", 1, "--force").exit_code == 0
-
-
-@pytest.mark.parametrize("name", ["errors", "grades", "inertial", "noise"])
-def test_examples(name):
-    failed, tried = doctest.testmod(importlib.import_module(f"compfilt.simulate.{name}"))
-    assert tried
-    assert not failed
