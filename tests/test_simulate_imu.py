@@ -12,7 +12,7 @@ from pyarrow import csv, parquet
 from scipy import signal
 from typer.testing import CliRunner
 
-from compfilt import motion, simulate
+from compfilt import motion, noise, simulate
 from compfilt.cli import app
 from compfilt.simulate import ImuErrors, TriadErrors, flicker, imu, imu_log, random_walk, triad, white
 
@@ -76,8 +76,8 @@ def test_the_density_is_two_sided():
 def test_the_density_of_flicker():
     """B²/(2π f), two-sided, over more than a decade: half of what Welch gives."""
     rng = np.random.default_rng(3)
-    noise = flicker(1 << 16, np.full(16, 0.3), rng)
-    frequencies, density = signal.welch(noise, 100.0, nperseg=1 << 12, axis=0)
+    drift = flicker(1 << 16, np.full(16, 0.3), rng)
+    frequencies, density = signal.welch(drift, 100.0, nperseg=1 << 12, axis=0)
     band = (frequencies > 0.2) & (frequencies < 5.0)
     got = density.mean(axis=1)[band] / 2.0 / (0.3**2 / (2.0 * math.pi * frequencies[band]))
     assert got.mean() == pytest.approx(1.0, rel=0.02)
@@ -85,25 +85,78 @@ def test_the_density_of_flicker():
     assert abs(slope) < 0.02
 
 
+class Impulse:
+    """Random numbers that are 1, then 0: what comes out is the filter's response."""
+
+    def standard_normal(self, shape):
+        numbers = np.zeros(shape)
+        numbers[0] = 1.0
+        return numbers
+
+
+@pytest.mark.parametrize("factor", [1, 2, 3, 8, 100])
+def test_flicker_is_flat_from_one_sample_on(factor):
+    """Its Allan variance without chance, from the response: half of the mean square of what two averages differ by."""
+    samples = 1 << 14
+    response = flicker(samples, np.ones(1), Impulse())[:, 0]
+    sums = np.concatenate((np.zeros(2 * factor), np.cumsum(response)))
+    differences = (sums[2 * factor :] - 2.0 * sums[factor:-factor] + sums[: -2 * factor]) / factor
+    variance = (differences**2).sum() / 2.0
+    assert variance == pytest.approx(2.0 * math.log(2.0) / math.pi, rel=1e-5)
+
+
 @pytest.mark.parametrize("samples", [1, 2, 3, 100, 128])
-def test_flicker_is_the_fractional_filter(samples):
-    """The product of its filter with itself is the sum of all samples before."""
-    once = flicker(samples, np.ones(2), np.random.default_rng(0))
+def test_flicker_of_any_length(samples):
+    """The convolution of its response with white noise, whatever the length of the transforms."""
+    got = flicker(samples, np.ones(2), np.random.default_rng(0))
+    response = flicker(samples, np.ones(1), Impulse())[:, 0]
     white_noise = np.random.default_rng(0).standard_normal((samples, 2))
-    half = np.array([math.comb(2 * k, k) / 4.0**k for k in range(samples)])
-    np.testing.assert_allclose(np.convolve(half, half)[:samples], 1.0, rtol=1e-12)
     for axis in range(2):
-        np.testing.assert_allclose(
-            once[:, axis], np.convolve(half, white_noise[:, axis])[:samples], rtol=1e-9, atol=1e-12
-        )
+        expected = np.convolve(response, white_noise[:, axis])[:samples]
+        np.testing.assert_allclose(got[:, axis], expected, rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("fs", [10.0, 1000.0])
 def test_white_noise_and_random_walk(fs):
-    noise = white(100_000, np.array([0.5]), fs, np.random.default_rng(1))
-    assert noise.std() == pytest.approx(0.5 * math.sqrt(fs), rel=0.01)
+    readings = white(100_000, np.array([0.5]), fs, np.random.default_rng(1))
+    assert readings.std() == pytest.approx(0.5 * math.sqrt(fs), rel=0.01)
     walk = random_walk(100_000, np.array([0.5]), fs, np.random.default_rng(1))
     assert np.diff(walk, axis=0).std() == pytest.approx(0.5 / math.sqrt(fs), rel=0.01)
+
+
+def test_what_was_put_in_comes_back():
+    """`compfilt.noise` finds N, B and K again: nine intervals of 95 %, one of which may miss."""
+    fs = 50.0
+    N, B, K = np.array([[1e-4, 2e-4, 1e-4], [3e-4, 1e-4, 1e-4], [2e-5, 2e-5, 5e-5]])
+    errors = TriadErrors(random_walk=tuple(N), bias_instability=tuple(B), rate_random_walk=tuple(K))
+    readings = triad(still(1 << 17), fs=fs, errors=errors, seed=4)
+    misses = []
+    for axis, column in enumerate(readings.T):
+        fit = noise.fit_allan(noise.allan(column, fs=fs))
+        assert fit.consistent
+        for name in NOISES:
+            put_in, found = errors.each(name)[axis], getattr(fit, name)
+            if found is None:
+                misses += [name] * bool(put_in > fit.upper[name])
+                continue
+            assert found.value == pytest.approx(put_in, rel={"random_walk": 0.01}.get(name, 0.6))
+            misses += [name] * (not found.low <= put_in <= found.high)
+    assert len(misses) <= 1, misses
+
+
+def test_a_log_comes_back_from_the_report():
+    """The whole way: a sensor of a grade, a log of it at rest, what the log tells about the sensor."""
+    errors = simulate.typical("industrial", seed=5)
+    log = imu_log(duration=900.0, rate=100.0, seed=5, errors=errors)
+    gyro, acc = (np.column_stack([log[f"{kind}{axis}"] for axis in "xyz"]) for kind in "ga")
+    report = noise.analyse(gyro, acc, fs=100.0)
+    for channels, sensor in ((report.gyro, errors.gyro), (report.accelerometer, errors.accelerometer)):
+        for channel, density in zip(channels, sensor.random_walk, strict=True):
+            # Rounding adds its own noise, resolution²/12.
+            rounding = sensor.resolution[0] / math.sqrt(12.0 * 100.0)
+            assert channel.fit.random_walk.value == pytest.approx(math.hypot(density, rounding), rel=0.01)
+    means = [channel.mean for channel in report.gyro]
+    np.testing.assert_allclose(means, errors.gyro.bias, atol=2e-4)
 
 
 # --------------------------------------------------------------------------------------------- what is the same always
