@@ -91,7 +91,7 @@ def test_continuous_matrices_are_the_references(case):
 def test_continuous_response(case):
     """From each input, through python-control: the pair of `frequency_response`."""
     design = case.design
-    omega = np.geomspace(0.03, 300.0, 30)
+    omega = np.geomspace(0.3, 30.0, 30)
     response = design.to_control().frequency_response(omega).complex[0]
     low, high = design.frequency_response(omega)
     integrated = response[1] * (1j * omega) ** design.derivative_order
@@ -105,7 +105,7 @@ def test_continuous_response(case):
 def test_backward_euler_is_scipys(case):
     """SciPy's own backward difference of the continuous system has the same responses."""
     design = case.design
-    omega = np.geomspace(0.03, 100.0, 30)
+    omega = np.geomspace(0.3, 30.0, 30)
     ours = design.to_control(fs=50.0).frequency_response(omega).complex
     system = design.to_scipy().to_discrete(0.02, method="backward_diff")
     theirs = control.ss(system.A, system.B, system.C, system.D, 0.02).frequency_response(omega).complex
@@ -232,7 +232,7 @@ def test_a_little_else_is_no_chain(case, entry, by):
         (signal.StateSpace([[-1.0]], [[1.0] * 3], [[1.0]], [[0.0] * 3]), "one input, .*, got 3"),
         (signal.StateSpace([[math.nan]], [[1.0]], [[1.0]], [[0.0]]), "finite"),
         (signal.StateSpace([[0.5]], [[0.5]], [[1.0]], [[0.0]], dt=True), "state its sample period"),
-        (signal.StateSpace([[0.0]], [[1.0]], [[1.0]], [[0.0]], dt=0.1), "stable, it has a pole at -?inf"),
+        (signal.StateSpace([[0.0]], [[1.0]], [[1.0]], [[0.0]], dt=0.1), "not have a pole at z = 0"),
         # A forward step: the measurement acts one sample late.
         (signal.StateSpace([[0.9]], [[0.1]], [[1.0]], [[0.0]], dt=0.1), "by the rule that is given"),
         (cf.RateFilter(1.0).to_scipy(), "stable, it has a pole at 0 rad/s"),
@@ -245,7 +245,8 @@ def test_what_is_no_chain(system, reason):
 
 
 def test_the_other_rule_is_found_out():
-    system = cf.PiForm(2.0, 1.0).to_scipy(fs=5.0)
+    """Where it can be: with derivative order 1 both rules have the same responses for the same discrete poles."""
+    system = cf.ThirdOrder(1.0).to_scipy(fs=5.0)
     with pytest.raises(ValueError, match="by the rule that is given"):
         cf.Chain.from_scipy(system, rule="matched")
 

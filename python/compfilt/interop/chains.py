@@ -42,7 +42,9 @@ def recognise(system: System, *, derivative_order: int | None = None, rule: Rule
     system = replace(system, C=system.C[:1], D=system.D[:1])
     poles = _continuous_poles(system, rule)
     for pole in poles:
-        if not (np.isfinite(pole) and pole.real < 0.0):
+        if not np.isfinite(pole):
+            raise ValueError("system must not have a pole at z = 0: no chain has one")
+        if pole.real >= 0.0:
             value = pole if pole.imag else pole.real
             raise ValueError(f"system must be stable, it has a pole at {value:.6g} rad/s")
     omega = _frequencies(system, poles)
