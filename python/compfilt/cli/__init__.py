@@ -5,6 +5,9 @@ import sys
 from typing import NoReturn
 
 from compfilt.cli import check, design, export, noise, plot, replay, run, simulate
+from compfilt.cli.base import app, say
+
+__all__ = ["check", "design", "export", "noise", "plot", "replay", "run", "run_app", "simulate"]
 
 
 def run_app() -> NoReturn:
