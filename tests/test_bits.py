@@ -10,7 +10,11 @@ def test_every_filter_has_the_committed_bits():
 
 
 def test_what_differs_is_named():
-    assert check_bits.others({"a": "1", "b": "2", "d": "4"}, {"a": "1", "b": "3", "c": "4"}) == ["b", "c", "d"]
+    assert check_bits.others({"a": "1", "b": "2", "d": "4"}, {"a": "1", "b": "3", "c": "4"}) == [
+        "b",
+        "c",
+        "d",
+    ]
 
 
 def test_one_bit_changes_the_digest():

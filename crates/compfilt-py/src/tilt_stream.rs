@@ -108,6 +108,8 @@ impl TiltEstimate {
 
 /// A tilt filter at work: samples or blocks go in as they come, the state stays.
 ///
+/// A stream takes one call at a time: a second thread that calls it meanwhile gets a RuntimeError.
+///
 /// Examples
 /// --------
 /// >>> import compfilt as cf
