@@ -23,7 +23,7 @@ library() { # library FOLDER OPTION...: builds it; nothing in it may panic or al
     CARGO_TARGET_DIR=$folder cargo rustc --quiet --locked --package compfilt-capi --profile firmware \
         --crate-type staticlib --features panic-handler "$@"
     symbols=$(nm "$built" 2>/dev/null)
-    if printf '%s\n' "$symbols" | grep -E 'panicking|panic_fmt|panic_bounds|__rust_alloc|__rg_alloc'; then
+    if printf '%s\n' "$symbols" | grep -F -f scripts/forbidden_symbols.txt; then
         echo "something in $built can panic or allocate" >&2
         exit 1
     fi
