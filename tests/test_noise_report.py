@@ -9,7 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import noises
-from compfilt import noise, simulate
+from compfilt import noise, plot, simulate
 from compfilt.__main__ import main
 from compfilt.logs import parse_recipe
 from compfilt.logs.errors import LogError, UsageError
@@ -161,6 +161,7 @@ def test_what_motors_add(report):
     assert names == [channel.name for channel in report.channels]
     shaken, buzzing = found[names.index("accelerometer x")], found[names.index("gyro z")]
     assert shaken.rms == pytest.approx(0.3 / np.sqrt(2.0), rel=0.05)
+    assert [vibration.name for vibration in found if vibration.rms] == ["gyro z", "accelerometer x"]
     assert shaken.bias_change == pytest.approx(0.05, abs=0.002)
     assert [round(line.frequency, 1) for line in shaken.lines] == [31.4]
     assert shaken.slow_ratio == pytest.approx(1.0, abs=0.3)
@@ -308,3 +309,15 @@ def test_what_goes_wrong_is_one_line(logs, capsys, monkeypatch, arguments, statu
     assert (found, out) == (status, "")
     assert message in err
     assert err.count("\n") == 1
+
+
+@pytest.mark.skipif(not hasattr(plot, "spectra"), reason="compfilt.plot draws no spectra yet")
+def test_the_command_draws_a_picture(logs, capsys, tmp_path):
+    picture = tmp_path / "noise.png"
+    arguments = (logs / "rest.parquet", "--motors", logs / "motors.parquet", "--plot", picture)
+    status, _, err = run(capsys, *arguments)
+    assert status == 0
+    assert err == f"compfilt: {logs / 'rest.parquet'} -> {picture}\n"
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert run(capsys, *arguments)[0] == 2
+    assert run(capsys, *arguments, "--force")[0] == 0

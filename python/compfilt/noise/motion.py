@@ -109,7 +109,7 @@ def find_motion(gyro: npt.ArrayLike, acc: npt.ArrayLike, *, fs: float) -> tuple[
     rate = positive("fs", fs)
     size = min(max(round(WINDOW * rate), FEWEST), len(rates))
     moving = np.zeros(len(rates) // size, np.bool_)
-    length = float(np.linalg.norm(np.median(force, axis=0)))
+    length = float(np.median(np.linalg.norm(force, axis=1)))
     moving |= _restless(rates, size, SWAY, level=True)
     # The accelerometer's mean is another in every rest.
     moving |= _restless(force, size, SHAKE * length, level=False)
@@ -174,7 +174,7 @@ def _loudness(noise: Array) -> Array:
     normal = stats.norm.ppf([QUIETEST / 500.0, QUIETEST / 100.0])
     ratio = np.where(quietest > 0.0, quiet / np.maximum(quietest, np.finfo(float).tiny), 1.0)
     scatter = np.minimum(np.log(ratio) / (normal[1] - normal[0]), MOST_SCATTER)
-    return np.maximum(LOUD, np.exp((SCATTER - normal[1]) * scatter))
+    return np.asarray(np.maximum(LOUD, np.exp((SCATTER - normal[1]) * scatter)))
 
 
 def _spans(moving: npt.NDArray[np.bool_], window: float, duration: float) -> tuple[Span, ...]:

@@ -10,7 +10,7 @@ from compfilt.noise.channel import ChannelNoise
 from compfilt.noise.curves import Array, Spectrum
 from compfilt.noise.lines import Line, find_lines
 from compfilt.noise.signals import channels, positive
-from compfilt.noise.welch import spectrum
+from compfilt.noise.welch import degrees_of_freedom, segment_length, spectrum
 
 if TYPE_CHECKING:
     from compfilt.noise.report import NoiseReport
@@ -19,6 +19,8 @@ __all__ = ["Vibration", "add_motors"]
 
 SLOW = 0.05
 """Below this part of half the sample rate lies what a filter lets through of the vibration."""
+SURE = 4.0
+"""Vibration is what exceeds the noise at rest by so many standard errors."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,7 @@ class Vibration:
     name, unit : str
         Of the channel.
     rms : float
-        Of what is added, in that unit: the root of the difference of the variances, 0 where there is none.
+        Of what is added, in that unit: the root of the difference of the variances, 0 where they may as well be equal.
     spectrum : Spectrum
         With the motors running; one-sided.
     slow_density : float
@@ -91,12 +93,15 @@ def add_motors(report: "NoiseReport", gyro: npt.ArrayLike, acc: npt.ArrayLike, *
     rates, force = channels("gyro", gyro, width=3), channels("acc", acc, width=3)
     rate = positive("fs", fs)
     both = zip(report.channels, (*rates.T, *force.T), strict=True)
-    return replace(report, motors=tuple(_compare(rest, np.ascontiguousarray(x), rate) for rest, x in both))
+    return replace(
+        report,
+        motors=tuple(_compare(rest, np.ascontiguousarray(x), rate, report.duration) for rest, x in both),
+    )
 
 
-def _compare(rest: ChannelNoise, x: Array, fs: float) -> Vibration:
-    resolution = 10.0 / fs * 2.0 / SLOW
-    found = spectrum(x, fs=fs, segment=resolution)
+def _compare(rest: ChannelNoise, x: Array, fs: float, duration: float) -> Vibration:
+    # Ten values of the spectrum lie in its slow part.
+    found = spectrum(x, fs=fs, segment=20.0 / (SLOW * fs))
     slow = _slow_density(found, found.frequency[-1])
     before = _slow_density(rest.spectrum, found.frequency[-1])
     new = tuple(
@@ -107,11 +112,15 @@ def _compare(rest: ChannelNoise, x: Array, fs: float) -> Vibration:
         )
     )
     # Of the fast part alone, so that the drift of a longer recording does not count.
-    added = _fast_power(found) - _fast_power(rest.spectrum)
+    running, running_error = _fast_power(found, len(x) / fs)
+    still, still_error = _fast_power(rest.spectrum, duration)
+    added = running - still
+    if added < SURE * float(np.hypot(running_error, still_error)):
+        added = 0.0
     return Vibration(
         rest.name,
         rest.unit,
-        float(np.sqrt(max(added, 0.0))),
+        float(np.sqrt(added)),
         found,
         slow,
         slow / before if before else float("inf"),
@@ -126,6 +135,10 @@ def _slow_density(found: Spectrum, half: float) -> float:
     return float(np.sqrt(np.mean(found.density[part]) / 2.0)) if part.any() else 0.0
 
 
-def _fast_power(found: Spectrum) -> float:
+def _fast_power(found: Spectrum, duration: float) -> tuple[float, float]:
+    """Return the power above a twentieth of half the sample rate, and its standard error."""
     fast = found.frequency >= SLOW * found.frequency[-1]
-    return float(np.sum(found.density[fast]) * found.frequency[1])
+    power = found.density[fast] * found.frequency[1]
+    # Hann's window makes about two neighbouring values one.
+    error = np.sqrt(2.0 * np.sum(power**2) * 2.0 / degrees_of_freedom(duration, segment_length(found)))
+    return float(np.sum(power)), float(error)

@@ -191,7 +191,8 @@ def _oddities(times: Array, step: float) -> list[str]:
 
 def _unit_of_gravity(measured: Array) -> Unit:
     """Find the unit in which the accelerometer reads one g."""
-    length = float(np.linalg.norm(np.median(measured, axis=0)))
+    # Of a log that moves too, since motion is what it is refused for.
+    length = float(np.median(np.linalg.norm(measured, axis=1)))
     for name in ("m/s^2", "g", "mg"):
         unit = parse_unit(name, ACCELERATION)
         if abs(length * unit.factor / STANDARD_GRAVITY - 1.0) < 0.1:

@@ -11,7 +11,7 @@ from compfilt.noise.units import SHEETS, Quantity
 
 __all__ = ["report_as_table"]
 
-LABEL, CELL = 42, 24
+LABEL, CELL = 42, 26
 SHOWN = 8
 """Lines of a spectrum that are printed: the strongest."""
 
@@ -55,7 +55,7 @@ def _term(channel: ChannelNoise, name: str, factor: float) -> str:
 
 
 def _motors(motors: Sequence[Vibration]) -> Iterator[str]:
-    yield "with the motors running"
+    yield "with the motors running:"
     for sensor in (motors[:3], motors[3:]):
         sheet = SHEETS[sensor[0].unit]
         yield _row("", (vibration.name for vibration in sensor)).rstrip()
