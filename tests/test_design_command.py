@@ -85,6 +85,8 @@ def test_from_recordings(compfilt, tmp_path):
     assert found["design"]["kind"] == "first_order"
     assert 0.5 < found["measured"]["error on the recordings (RMS)"] < 20.0
     assert "error on the recordings (RMS) / deg" in compfilt(*given).stdout
+    without_truth = told(compfilt(*given[:4], "--json"))
+    assert without_truth["design"]["kind"] == "first_order"
     given[-1] = "roll=roll"
     missing = compfilt(*given)
     assert missing.returncode == 1

@@ -63,6 +63,8 @@ def test_a_constant_bias_leaves_what_is_predicted(case):
     estimate = case.design.filter(np.zeros(rows), np.full(rows, 0.3), fs=FS, rule=case.rule, initial=0.0)
     predicted = predict(case.design, fs=FS, measurement=1.0, bias=-0.3, rule=case.rule)
     assert predicted.parts["bias"] == pytest.approx(abs(estimate[-1]), rel=1e-6, abs=1e-6)
+    if case.design.split > case.design.derivative_order:
+        assert predicted.parts["bias"] == 0.0  # and no rounding
 
 
 @pytest.mark.parametrize("tau", [0.1, 1.0, 30.0])
@@ -105,6 +107,17 @@ def test_the_responses_are_the_library_s(case):
     low, _ = case.design.frequency_response(2 * np.pi * frequency, fs=FS, rule=case.rule)
     ours, _ = Running(case.design, FS, case.rule).responses(frequency)
     np.testing.assert_allclose(ours, low, rtol=1e-9, atol=1e-12)
+
+
+def test_the_spectrum_of_the_noise_package_is_taken():
+    """Its density is one-sided and may have several channels."""
+    noise = pytest.importorskip("compfilt.noise")
+    density = 2 * 0.3**2 * np.ones((2001, 3)) * [0.5, 1.0, 1.5]
+    measured = noise.Spectrum(np.linspace(0.0, FS / 2, 2001), density)
+    by_spectrum = predict(cf.FirstOrder(1.0), fs=FS, measurement=measured)
+    assert by_spectrum.sigma == pytest.approx(
+        predict(cf.FirstOrder(1.0), fs=FS, measurement=0.3).sigma, rel=0.01
+    )
 
 
 def test_a_walk_that_is_not_followed_has_no_bound():

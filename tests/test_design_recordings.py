@@ -189,6 +189,24 @@ def test_the_kind_is_the_recipe_s_unless_another_is_asked_for(logs):
     assert isinstance(other.design, cf.FirstOrder)
 
 
+@pytest.mark.parametrize("axes", ["flu", "frd"])
+@pytest.mark.parametrize("time", ['{ column = "t", unit = "s" }', None])
+def test_logs_without_truth(logs, axes, time):
+    """The offline estimate stands in for it, in the recipe's axes and unit: what it chooses is near the best."""
+    text = RECIPE if time else RECIPE.replace('time = { column = "t", unit = "s" }', "rate = 100.0")
+    signs = "" if axes == "flu" else ", scale = [1, -1, -1] }"
+    if signs:
+        text = (
+            text.replace('"deg/s" }', '"deg/s"' + signs)
+            .replace('"g" }', '"g"' + signs)
+            .replace('"flu"', '"frd"')
+        )
+    recipe = parse_recipe(text)
+    best, chosen = (from_logs(logs[:1], recipe, truth, folds=2) for truth in ({"roll": "true_roll"}, None))
+    grid = LogRecording(recipe, pq.read_table(logs[0]), {"roll": "true_roll"})
+    assert rms_known(chosen.design, grid) < 1.25 * rms_known(best.design, grid)
+
+
 def test_logs_that_do_not_serve(logs):
     recipe = parse_recipe(RECIPE)
     with pytest.raises(LogError, match=r'0\.parquet: .*"nothing"'):

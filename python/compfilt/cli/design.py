@@ -71,7 +71,7 @@ def design(
     ] = None,
     recording: Annotated[
         list[Path] | None,
-        typer.Option(metavar="LOG", help="A log with truth; give it several times for several logs."),
+        typer.Option(metavar="LOG", help="A log of the motion; give it several times for several logs."),
     ] = None,
     recipe: Annotated[
         Path | None,
@@ -80,7 +80,8 @@ def design(
     truth: Annotated[
         str,
         typer.Option(
-            metavar="OUTPUT=COLUMN,...", help="Where the truth of an output is, in its unit: roll=true_roll."
+            metavar="OUTPUT=COLUMN,...",
+            help="Where the truth of an output is, in its unit: roll=true_roll. Without it the offline estimate stands in for it.",
         ),
     ] = "",
     fs: Annotated[
@@ -92,7 +93,7 @@ def design(
     rule: Annotated[str, typer.Option(help="backward_euler or matched.")] = "backward_euler",
     json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
 ) -> None:
-    """Choose the gains of a filter: from noise, from how fast it shall be, or from recordings with truth.
+    """Choose the gains of a filter: from noise, from how fast it shall be, or from recordings.
 
     Noise alone gives the gains of the least error. With a wanted speed, noise and --fs predict the error. A one-sided
     density, as most data sheets have it, is √2 times a two-sided one. Printed are the gains, the predicted error and its
@@ -109,11 +110,14 @@ def design(
             raise UsageError(
                 "--cutoff, --settling-time, --bias-time and --recording are different ways: give one"
             )
-        if len({bool(recording), recipe is not None, bool(truth)}) > 1:
-            raise UsageError("--recording, --recipe and --truth belong together")
+        if bool(recording) != (recipe is not None) or (truth and not recording):
+            raise UsageError("--recording and --recipe belong together, and --truth goes with them")
         noisy = measurement_noise is not None or noise is not None
-        if recording and (noisy or derivative_noise or walk or bias or fs is not None):
-            raise UsageError("--recording goes with no noise and no --fs: the errors on the recordings count")
+        predicts = noisy or derivative_noise or walk or bias or fs is not None or rule != "backward_euler"
+        if recording and predicts:
+            raise UsageError(
+                "--recording goes with no noise, --fs or --rule: the recipe and its errors count"
+            )
         if wanted and noise is None and noisy != (fs is not None):
             raise UsageError(
                 "--measurement-noise and --fs belong together: both are needed to predict the error"
@@ -199,7 +203,9 @@ def _from_logs(
     from compfilt.logs.recipe import load_recipe  # noqa: PLC0415
 
     loaded = load_recipe(recipe)
-    return from_logs(logs, loaded, _names(truth), kind=kind, **shape), loaded.output.unit.name
+    return from_logs(
+        logs, loaded, _names(truth) if truth else None, kind=kind, **shape
+    ), loaded.output.unit.name
 
 
 def _names(truth: str) -> dict[str, str]:

@@ -10,10 +10,13 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
+import compfilt
 from compfilt._core import LinearFilter
 from compfilt.design.recording import from_recordings, squared
 from compfilt.design.result import Designed
+from compfilt.logs.clock import Timeline
 from compfilt.logs.errors import LogError, UsageError, quoted
+from compfilt.logs.kinds.tilt import Tilt, angle_names
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.readers import open_log
 from compfilt.logs.recipe import Recipe
@@ -105,7 +108,7 @@ class LogRecording:
 def from_logs(
     logs: Sequence[str | Path],
     recipe: Recipe,
-    truth: Mapping[str, str],
+    truth: Mapping[str, str] | None = None,
     *,
     kind: str | None = None,
     order: int | None = None,
@@ -124,7 +127,8 @@ def from_logs(
     recipe
         How they are filtered. Its design is replaced by those that are tried.
     truth
-        For each output that counts, the column with its true values, in the output's unit.
+        For each output that counts, the column with its true values, in the output's unit. Without it the offline
+        estimate, `GravityFilter.smooth`, stands in for the truth of both angles of a tilt recipe.
     kind, order, split, derivative_order
         As in `compfilt.design.from_spectra`; by default those of the recipe.
     folds
@@ -135,7 +139,7 @@ def from_logs(
     LogError
         A log cannot be read or filtered; the message names it.
     UsageError
-        The recipe's filter has no linear design.
+        The recipe's filter has no linear design; or there is no truth and it is no tilt filter.
     ValueError
         Kind, order and split do not go together, or a fold has no truth.
     """
@@ -150,7 +154,7 @@ def from_logs(
             order, split = order or named.build().order, split or named.build().split
         if kind == "chain":
             derivative_order = derivative_order or named.derivative_order
-    recordings = [_read(log, recipe, truth) for log in logs]
+    recordings = [_read_offline(log, recipe) if truth is None else _read(log, recipe, truth) for log in logs]
     return from_recordings(
         recordings, kind=kind, order=order, split=split, derivative_order=derivative_order, folds=folds
     )
@@ -168,6 +172,34 @@ def _read(path: str | Path, recipe: Recipe, truth: Mapping[str, str]) -> LogReco
     except LogError as error:
         raise LogError(f"{path}: {error}") from None
     return LogRecording(recipe, table, dict(truth), str(path))
+
+
+def _read_offline(path: str | Path, recipe: Recipe) -> LogRecording:
+    """Read a log without truth, and put the offline estimate in its place."""
+    if not isinstance(recipe.filter, Tilt):
+        raise UsageError(
+            f'{recipe.source}: without truth [filter] kind must be "tilt", not "{recipe.filter.kind}"'
+        )
+    recording = _read(path, recipe, {})
+    table, filter_, clock = recording.table.combine_chunks(), recipe.filter, recipe.clock
+    batch = pa.RecordBatch.from_arrays(
+        [column.combine_chunks() for column in table.columns], schema=table.schema
+    )
+    try:
+        if clock.column is None:
+            times: dict[str, Any] = {"fs": clock.rate}
+        else:
+            times = {"t": Timeline(clock.column, clock.unit, recipe.policy).take(batch)}
+        gyro, acc = (signal.take(batch, np.float64) for signal in (filter_.gyro, filter_.accelerometer))
+        up = compfilt.GravityFilter().smooth(gyro, acc, **times).up
+    except (LogError, ValueError) as error:
+        raise LogError(f"{path}: {error}") from None
+    angles = compfilt.tilt(up, axes=filter_.structure["axes"]) / recipe.output.unit.factor
+    truth = {}
+    for angle, name in zip(angles.T, angle_names(filter_.structure["axes"]), strict=True):
+        truth[name] = f"{name} by the offline estimate"
+        table = table.append_column(truth[name], pa.array(np.ascontiguousarray(angle)))
+    return replace(recording, table=table, truth=truth)
 
 
 def _numbers(table: Any, column: str) -> Array:  # noqa: ANN401 - a table of Arrow
