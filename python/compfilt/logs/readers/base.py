@@ -21,6 +21,7 @@ __all__ = [
     "check_rows",
     "is_time",
     "plain_errors",
+    "plain_names",
     "pyarrow_type",
     "reason",
     "rows_or_truncated",
@@ -39,18 +40,20 @@ MOST_FIELDS = 10_000
 class Columns(NamedTuple):
     """The columns to read, and how they are separated in a text file.
 
-    The signals must hold numbers, the time numbers or times, and the kept ones may hold anything.
+    The signals must hold numbers, the time numbers or times, and the kept ones may hold anything. Those that are `written` are kept too,
+    but of a text file they are the fields as they stand there.
     """
 
     signals: tuple[str, ...]
     time: tuple[str, ...] = ()
     keep: tuple[str, ...] = ()
     separator: str | None = None
+    written: tuple[str, ...] = ()
 
     @property
     def all(self) -> list[str]:
         """Every column once."""
-        return list(dict.fromkeys((*self.time, *self.signals, *self.keep)))
+        return list(dict.fromkeys((*self.time, *self.signals, *self.keep, *self.written)))
 
 
 class LogReader(Protocol):
@@ -199,6 +202,15 @@ def plain_errors(*kinds: type[Exception]) -> Iterator[None]:
         raise
     except _broken(kinds) as error:
         raise LogError(f"the file is damaged or of another kind: {reason(error)}") from None
+
+
+@contextlib.contextmanager
+def plain_names() -> Iterator[None]:
+    """Turn the error about the name of a column that is no text into a sentence about this log."""
+    try:
+        yield
+    except UnicodeDecodeError:
+        raise LogError("the name of a column is not a text in UTF-8") from None
 
 
 def rows_or_truncated(
