@@ -510,8 +510,10 @@ impl LinearFilter {
     /// --------
     /// >>> import compfilt as cf
     /// >>> system = cf.ThirdOrder(tau=2.0).to_control()
-    /// >>> system.input_labels, system.output_labels, system.state_labels
-    /// (['measurement', 'derivative'], ['position'], ['position', 'velocity', 'minus_bias'])
+    /// >>> print(*system.input_labels, "->", *system.output_labels)
+    /// measurement derivative -> position
+    /// >>> print(*system.state_labels)
+    /// position velocity minus_bias
     #[pyo3(signature = (*, fs=None, rule="backward_euler", all_levels=false))]
     fn to_control<'py>(
         slf: &Bound<'py, Self>,
