@@ -358,8 +358,8 @@ impl Observer {
     /// --------
     /// >>> import compfilt as cf
     /// >>> observer = cf.Observer([[0.5]], [[1.0]], [[1.0]], [[0.25]])
-    /// >>> observer.to_control(fs=10.0).input_labels
-    /// ['y0', 'u0']
+    /// >>> print(*observer.to_control(fs=10.0).input_labels)
+    /// y0 u0
     #[pyo3(signature = (*, fs=None, output="filtered"))]
     fn to_control<'py>(
         slf: &Bound<'py, Self>,
