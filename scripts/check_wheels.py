@@ -1,10 +1,10 @@
-"""Install the wheels of a folder where their users do, and hold them against the committed bits.
+"""Install the wheels of a folder where their users do; hold them against the committed bits, and share them between threads.
 
     python scripts/check_wheels.py FOLDER [PYTHON...]
 
 For each Python (this one, where none is named): an empty environment, NumPy from the index, compfilt from the folder and
-nowhere else, scripts/check_bits.py. A Python without the lock must still be without it after the import. Exits with 1 at
-the first Python that has no wheel in the folder, or a wrong one.
+nowhere else, scripts/check_bits.py, tests/test_threads.py. A Python without the lock must still be without it after the
+import. Exits with 1 at the first Python that has no wheel in the folder, or a wrong one.
 """
 
 import argparse
@@ -14,6 +14,7 @@ import tempfile
 from pathlib import Path
 
 BITS = Path(__file__).with_name("check_bits.py")
+THREADS = Path(__file__).parents[1] / "tests" / "test_threads.py"
 LOCK = """
 import importlib.metadata, sys, sysconfig
 import compfilt
@@ -36,6 +37,11 @@ def check(python: str, folder: Path) -> None:
         # Warnings are errors: an extension that does not say that it can do without the lock is one.
         subprocess.run([inside, "-W", "error", "-c", LOCK], check=True, cwd=environment)
         subprocess.run([inside, BITS], check=True, cwd=environment)
+        subprocess.run([*pip, "pytest", "hypothesis"], check=True)
+        # The project may be read-only.
+        subprocess.run(
+            [inside, "-m", "pytest", "-q", "-p", "no:cacheprovider", THREADS], check=True, cwd=environment
+        )
 
 
 def main() -> int:
