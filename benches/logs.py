@@ -22,7 +22,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from compfilt.logs import parse_recipe, run_log
-from compfilt.logs.writers import ROWS_PER_GROUP
+from compfilt.logs.encoders import ROWS_PER_GROUP
 from cost_memory import resident
 from timing import table
 

@@ -26,12 +26,12 @@ from distributed import Client
 
 from compfilt.logs import parse_recipe, run_in_parts, run_log, run_logs
 from compfilt.logs.cluster import LOCAL, connect, run_logs_on, run_long_log_on
+from compfilt.logs.encoders import ROWS_PER_GROUP
 from compfilt.logs.outcome import Job
 from compfilt.logs.partition import BATCH_ROWS, open_in_parts
 from compfilt.logs.parts import PART_ROWS
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.recipe import Recipe
-from compfilt.logs.writers import ROWS_PER_GROUP
 from logs import COLUMNS, RECIPES
 from timing import machine, table
 

@@ -571,6 +571,18 @@ def test_a_bias_changes_no_delay(log):
     assert delays[0] == delays[1]
 
 
+def test_a_wrong_rate_changes_no_delay(log):
+    """The delay is looked for at the rate that was found."""
+    half = check.Fault("rate stated half", check.without_time, ("rate",), "rate = 50")
+    delays = [
+        check.check(log, fault).about("gyro delay")[0].what
+        for fault in (check.Fault("clean", dict, ()), half)
+    ]
+    assert delays[0].split(" is ")[0] == delays[1].split(" is ")[0]
+    ms = [float(delay.split(" is ")[1].removesuffix(" ms late")) for delay in delays]
+    assert ms[1] == pytest.approx(ms[0], rel=0.1)
+
+
 def test_a_magnet_that_goes_with_the_body_is_named(log):
     """Its field hides the earth's, so that the magnetometer's axes cannot be told: that is said, with the reason."""
     report = check.check(log | {"mx": log["mx"] + 100.0}, check.Fault("magnet", dict, ()))

@@ -7,7 +7,7 @@ import pyarrow.feather
 import pyarrow.parquet as pq
 import pytest
 
-from compfilt.logs import parse_recipe, run_log, run_logs, writers
+from compfilt.logs import encoders, parse_recipe, run_log, run_logs, writers
 from compfilt.logs.errors import LogError, UsageError
 from compfilt.logs.run import Job, plan
 from format_files import data, recipe, write
@@ -39,7 +39,7 @@ def test_every_format_holds_the_same_numbers(tmp_path):
 
 
 def test_batches_of_arrow_are_gathered(tmp_path, monkeypatch):
-    monkeypatch.setattr(writers, "ROWS_PER_GROUP", 100)
+    monkeypatch.setattr(encoders, "ROWS_PER_GROUP", 100)
     batch = pa.RecordBatch.from_pydict({"a": np.arange(30.0), "b": [f"row {i}" for i in range(30)]})
     with writers.create_log(tmp_path / "out.arrow", batch.schema) as writer:
         for _ in range(10):
@@ -91,7 +91,7 @@ def test_what_a_csv_cannot_hold_is_refused(tmp_path):
 
 @pytest.mark.parametrize("ending", [".arrow", ".feather", ".parquet", ".csv"])
 def test_a_dictionary_may_change_on_the_way(tmp_path, monkeypatch, ending):
-    monkeypatch.setattr(writers, "ROWS_PER_GROUP", 10)
+    monkeypatch.setattr(encoders, "ROWS_PER_GROUP", 10)
     notes = [["a", "b"] * 5, ["c", None] * 5, ["b", "d"] * 5]
     log = odd(tmp_path, [pa.array(note).dictionary_encode() for note in notes])
     run_log(parse_recipe(KEEPING), log, tmp_path / f"out{ending}")
@@ -104,14 +104,14 @@ def test_what_arrow_refuses_to_write_is_one_sentence(tmp_path, monkeypatch):
     def refuse(*_args):
         raise pa.ArrowInvalid("not\nthat")
 
-    monkeypatch.setattr(writers._Csv, "write", refuse)
+    monkeypatch.setattr(encoders._Csv, "write", refuse)
     with pytest.raises(LogError, match=r"out\.csv cannot be written: not that$"):
         run_log(parse_recipe(KEEPING), odd(tmp_path, [["a"] * 10]), tmp_path / "out.csv")
 
 
 @pytest.mark.parametrize("ending", [".arrow", ".parquet"])
 def test_the_bytes_do_not_depend_on_the_batches(tmp_path, monkeypatch, ending):
-    monkeypatch.setattr(writers, "ROWS_PER_GROUP", 24)
+    monkeypatch.setattr(encoders, "ROWS_PER_GROUP", 24)
     log = odd(tmp_path, [[None if i % 7 == 3 else f"row {i}" for i in range(1000)]])
     results = set()
     for rows in (7, 24, 100, 10_000):

@@ -14,7 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from compfilt.logs import draft, job, run_log, writers
+from compfilt.logs import draft, encoders, job, run_log
 from compfilt.logs.errors import LogError
 from compfilt.logs.job import run_job
 from compfilt.logs.recipe import parse_recipe
@@ -69,7 +69,7 @@ def log(tmp_path_factory):
 @pytest.fixture(autouse=True)
 def small(monkeypatch):
     """Row groups of 250 rows, a checkpoint after every 1000."""
-    monkeypatch.setattr(writers, "ROWS_PER_GROUP", 250)
+    monkeypatch.setattr(encoders, "ROWS_PER_GROUP", 250)
     monkeypatch.setattr(job, "ROWS_PER_CHECKPOINT", 1000)
 
 
@@ -80,8 +80,8 @@ def names(folder):
 # Kills the process when it has filtered some rows and written what it does then.
 KILLED = """
 import json, os, signal, sys, time
-from compfilt.logs import draft, job, pipeline, readers, writers
-writers.ROWS_PER_GROUP, job.ROWS_PER_CHECKPOINT = 250, 1000
+from compfilt.logs import draft, encoders, job, pipeline, readers, writers
+encoders.ROWS_PER_GROUP, job.ROWS_PER_CHECKPOINT = 250, 1000
 at, where = int(os.environ["AT"]), os.environ["WHERE"]
 opened = readers.open_log
 job.open_log = lambda *a, **k: opened(*a, **{**k, "batch_rows": 333})

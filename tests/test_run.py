@@ -15,7 +15,7 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 import pytest
 
-from compfilt.logs import job, readers, run_log, run_logs, writers
+from compfilt.logs import encoders, job, readers, run_log, run_logs, writers
 from compfilt.logs.errors import LogError, UsageError
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.quality import report_path
@@ -312,7 +312,7 @@ def test_a_full_disk(recipe, csv, tmp_path, ending):
 
 
 def test_row_groups_have_one_size(tmp_path, monkeypatch):
-    monkeypatch.setattr(writers, "ROWS_PER_GROUP", 100)
+    monkeypatch.setattr(encoders, "ROWS_PER_GROUP", 100)
     batch = pa.RecordBatch.from_pydict({"a": np.arange(30.0)})
     with writers.create_log(tmp_path / "out.parquet", batch.schema) as writer:
         for _ in range(10):

@@ -15,8 +15,9 @@ from typing import IO, Any
 
 import pyarrow as pa
 
+from compfilt.logs.encoders import FORMATS, RESUMABLE, LogWriter
 from compfilt.logs.errors import LogError
-from compfilt.logs.writers import FORMATS, RESUMABLE, LogWriter, abandoned_on_failure
+from compfilt.logs.writers import abandoned_on_failure
 
 try:
     import fcntl

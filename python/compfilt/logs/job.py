@@ -8,6 +8,7 @@ from typing import Any
 import pyarrow as pa
 
 from compfilt.logs.draft import Draft, open_draft
+from compfilt.logs.encoders import ROWS_PER_GROUP, LogWriter
 from compfilt.logs.errors import LogError, TruncatedLog, UsageError
 from compfilt.logs.identity import describe
 from compfilt.logs.outcome import Job, Outcome, Summary
@@ -16,7 +17,7 @@ from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.quality import make_report, read_report, report_path, write_report
 from compfilt.logs.readers import LogReader, open_log
 from compfilt.logs.recipe import Recipe
-from compfilt.logs.writers import ROWS_PER_GROUP, LogWriter, check_ending
+from compfilt.logs.writers import check_ending
 
 __all__ = ["Advance", "run_job", "run_log"]
 

@@ -15,6 +15,7 @@ import numpy.typing as npt
 import pyarrow as pa
 
 from compfilt.logs.draft import open_draft
+from compfilt.logs.encoders import FORMATS, LogWriter
 from compfilt.logs.errors import LogError
 from compfilt.logs.identity import describe
 from compfilt.logs.job import Advance, run_log
@@ -26,7 +27,7 @@ from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.quality import make_report, report_path, write_report
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.rows import can_read_rows
-from compfilt.logs.writers import FORMATS, LogWriter, check_ending, create_log
+from compfilt.logs.writers import check_ending, create_log
 
 __all__ = ["PART_ROWS", "Future", "Submit", "run_in_parts", "why_in_order"]
 

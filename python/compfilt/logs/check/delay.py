@@ -17,8 +17,12 @@ SHORTEST = 60.0
 
 def judge_delay(survey: Survey, seen: Comparison, force_factor: float) -> Iterator[Finding]:
     """Yield the delay, from the log's beginning as far as it has no gap, with everything else mended."""
-    head = survey.segments.head
-    if not seen.scale.known or len(head) * survey.period < SHORTEST:
+    head, period = survey.segments.head, survey.period
+    scale = 1.0 if seen.scale.claimed else seen.scale.factor
+    if survey.times is None and seen.scale.unit is None:
+        # Nothing but another rate explains the scale.
+        scale, period = 1.0, scale * period
+    if not seen.scale.known or len(head) * period < SHORTEST:
         why = (
             "the gyro's scale is not known"
             if not seen.scale.known
@@ -26,11 +30,10 @@ def judge_delay(survey: Survey, seen: Comparison, force_factor: float) -> Iterat
         )
         yield Finding("gyro delay", "unknown", "not looked for", why)
         return
-    scale = 1.0 if seen.scale.claimed else seen.scale.factor
     gyro = scale * (head[:, survey.columns_of("gyro")] - seen.bias) @ seen.mounting.gyro.T
     force = force_factor * head[:, survey.columns_of("accelerometer")] @ seen.mounting.accelerometer.T
     try:
-        delay = compfilt.find_gyro_delay(gyro, force, fs=1.0 / survey.period)
+        delay = compfilt.find_gyro_delay(gyro, force, fs=1.0 / period)
     except ValueError as error:
         yield Finding("gyro delay", "unknown", "not found", str(error))
         return
@@ -39,9 +42,9 @@ def judge_delay(survey: Survey, seen: Comparison, force_factor: float) -> Iterat
         "gyro delay",
         "wrong" if abs(delay) > LARGE else "note",
         f"the {late} is {1000.0 * abs(delay):.2g} ms late",
-        f"found over the first {len(head) * survey.period:.0f} s; less than a sample ({1000.0 * survey.period:.2g} ms) does little harm"
-        if abs(delay) < survey.period
-        else f"found over the first {len(head) * survey.period:.0f} s; a sample is {1000.0 * survey.period:.2g} ms",
+        f"found over the first {len(head) * period:.0f} s; less than a sample ({1000.0 * period:.2g} ms) does little harm"
+        if abs(delay) < period
+        else f"found over the first {len(head) * period:.0f} s; a sample is {1000.0 * period:.2g} ms",
         f'gyro_delay = "{1000.0 * delay:.2g} ms"  # in [filter], kind "attitude"'
         if abs(delay) > 5e-4
         else "",
