@@ -1,6 +1,8 @@
 /* The example on Linux with 32 bits, without a C library: calls into the kernel by hand. */
 #include "platform.h"
 
+#include <stddef.h>
+
 int main(void);
 
 static int kernel(int call, int first, const void *second, int third) {
@@ -13,6 +15,19 @@ void platform_write(const char *text) {
   while (text[length] != '\0')
     length++;
   kernel(4, 1, text, length); /* write */
+}
+
+/* What a compiler takes for granted; in assembly, for a loop would be taken for a call of itself. */
+void *memcpy(void *to, const void *from, size_t size) {
+  void *place = to;
+  __asm__ volatile("rep movsb" : "+D"(place), "+S"(from), "+c"(size) : : "memory");
+  return to;
+}
+
+void *memset(void *to, int byte, size_t size) {
+  void *place = to;
+  __asm__ volatile("rep stosb" : "+D"(place), "+c"(size) : "a"(byte) : "memory");
+  return to;
 }
 
 /* The kernel leaves the stack as a call would not: here it is aligned for SSE. */
