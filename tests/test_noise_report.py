@@ -311,7 +311,7 @@ def test_what_goes_wrong_is_one_line(logs, capsys, monkeypatch, arguments, statu
     assert err.count("\n") == 1
 
 
-@pytest.mark.skipif(not hasattr(plot, "spectra"), reason="compfilt.plot draws no spectra yet")
+@pytest.mark.skipif(not hasattr(plot, "allan"), reason="compfilt.plot draws no Allan deviation yet")
 def test_the_command_draws_a_picture(logs, capsys, tmp_path):
     picture = tmp_path / "noise.png"
     arguments = (logs / "rest.parquet", "--motors", logs / "motors.parquet", "--plot", picture)

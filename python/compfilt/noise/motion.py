@@ -101,7 +101,7 @@ def find_motion(gyro: npt.ArrayLike, acc: npt.ArrayLike, *, fs: float) -> tuple[
     >>> acc = rng.normal([0.0, 0.0, 9.81], 0.02, (6000, 3))
     >>> gyro[2000:2400, 0] += 0.02
     >>> [str(span) for span in noise.find_motion(gyro, acc, fs=100.0)]
-    ['20.0 s to 24.0 s']
+    ['19.5 s to 24.5 s']
     """
     rates, force = channels("gyro", gyro, width=3), channels("acc", acc, width=3)
     if len(rates) != len(force):

@@ -4,6 +4,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from compfilt.logs.errors import UsageError
 from compfilt.noise.channel import ChannelNoise
 from compfilt.noise.curves import Spectrum
@@ -28,11 +30,19 @@ def draw(report: NoiseReport) -> Any:  # noqa: ANN401 - a figure of matplotlib
     for row, sensor in zip(axes, (report.gyro, report.accelerometer), strict=True):
         names = {channel.name for channel in sensor}
         running = [vibration for vibration in report.motors if vibration.name in names]
-        plot.spectra(_spectra(sensor, running), unit=sensor[0].unit, ax=row[0])
+        _draw_spectra(row[0], _spectra(sensor, running), sensor[0].unit)
         for channel in sensor:
             if channel.curve is not None:
                 plot.allan(channel.curve, channel.fit, label=channel.name, unit=channel.unit, ax=row[1])
     return figure
+
+
+def _draw_spectra(axes: Any, found: list[tuple[str, Spectrum]], unit: str) -> None:  # noqa: ANN401
+    for label, each in found:
+        axes.loglog(each.frequency[1:], np.sqrt(each.density[1:]), lw=0.8, label=label)
+    axes.set(xlabel="frequency / Hz", ylabel=f"one-sided density / (({unit})/√Hz)")
+    axes.grid(color="0.9", lw=0.6)
+    axes.legend(fontsize="small")
 
 
 def _spectra(sensor: tuple[ChannelNoise, ...], running: list[Vibration]) -> list[tuple[str, Spectrum]]:

@@ -11,6 +11,8 @@ LOOKED_AT = 1 << 18
 """Samples; a resolution that so many do not show does no harm."""
 MOST_VALUES = 1 << 14
 """Of a signal with more different values the noise is far above the step."""
+FINE = 0.1
+"""If rounding to single precision moves values by more than this part of a step, there is no telling."""
 
 
 def find_step(x: npt.ArrayLike) -> float | None:
@@ -52,5 +54,7 @@ def find_step(x: npt.ArrayLike) -> float | None:
     # A mean over the differences that are a few steps wide is more exact than the least of them.
     near = apart[apart < 10.5 * step]
     step = float(near.sum() / np.round(near / step).sum())
+    if slack > FINE * step:
+        return None
     whole = np.round(apart / step)
     return step if (np.abs(apart - whole * step) < slack + 0.02 * step).all() else None

@@ -48,7 +48,7 @@ def spectrum(x: npt.ArrayLike, *, fs: float, segment: float | None = None) -> Sp
     >>> white = np.random.default_rng(1).normal(0.0, 0.1, 100_000)
     >>> found = noise.spectrum(white, fs=200.0)
     >>> one_sided = float(np.mean(found.density[1:-1]))
-    >>> round(one_sided / (2 * 0.1**2 / 200.0), 2)
+    >>> round(one_sided / (2 * 0.1**2 / 200.0), 1)
     1.0
     """
     values = channels("x", x)
