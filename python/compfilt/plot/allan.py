@@ -62,7 +62,7 @@ def allan(
     curve : AllanCurve
         From :func:`compfilt.noise.allan`; its 68 % confidence is shaded.
     fit : AllanFit, optional
-        From ``compfilt.noise.fit_allan``: drawn dashed, with its coefficients in the legend as far as the curve shows
+        From ``compfilt.noise.fit_allan``: drawn dashed, the measured points without a line; its coefficients stand in the legend as far as the curve shows
         them. N is a two-sided density; one-sided densities of data sheets are √2 times as large.
     label : str, optional
         The curve's name in the legend.
@@ -97,7 +97,7 @@ def allan(
     number = sum(line.get_gid() == "allan" for line in axes.lines) % len(COLORS)
     color, marker = COLORS[number], MARKERS[number] or "."
     axes.fill_between(curve.tau, curve.low, curve.high, color=color, alpha=0.2, lw=0.0)
-    look = {"color": color, "marker": marker, "ms": 4.0, "mfc": "white", "lw": 1.0}
+    look = {"color": color, "marker": marker, "ms": 4.0, "mfc": "white", "lw": 1.0 if fit is None else 0.0}
     axes.loglog(curve.tau, curve.deviation, label=label or "measured", gid="allan", **look)
     if fit is not None:
         name = "\n".join(["fit", *_coefficients(fit, unit)])

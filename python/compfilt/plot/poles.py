@@ -1,5 +1,7 @@
 """Poles: how fast the errors of a filter vanish, and whether they swing."""
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
@@ -63,7 +65,13 @@ def poles(
         axes.plot(np.cos(turn), np.sin(turn), color="0.5", ls="--", lw=0.8, label="unit circle")
     for number, (name, values) in enumerate(found.items()):
         places, counts = _distinct(values)
-        look = {"color": COLORS[number], "mfc": "none", "ms": 7.0, "mew": 1.4, "label": name or None}
+        look: dict[str, Any] = {
+            "color": COLORS[number],
+            "mfc": "none",
+            "ms": 7.0,
+            "mew": 1.4,
+            "label": name or None,
+        }
         axes.plot(places.real, places.imag, ls="none", marker=MARKERS[number], **look)
         for place, count in zip(places, counts, strict=True):
             if count > 1:
@@ -103,7 +111,8 @@ def _label(axes: Axes, values: Complex, *, discrete: bool) -> None:
     axes.set(xlabel=f"real part{unit}", ylabel=f"imaginary part{unit}")
     if not discrete:
         reach = 1.25 * np.abs(values).max()
-        axes.set(xlim=(-reach, 0.25 * reach), ylim=(-reach, reach))
+        axes.update_datalim([(-reach, -0.7 * reach), (0.25 * reach, 0.7 * reach)])
+        axes.autoscale_view()
     axes.set_aspect("equal", adjustable="datalim")
     axes.grid(**GRID)
     draw_legend(axes)
