@@ -1,5 +1,8 @@
 """Pictures of designs: the lines are what closed forms and SciPy say."""
 
+import doctest
+import importlib
+
 import numpy as np
 import pytest
 from matplotlib import pyplot as plt
@@ -93,3 +96,8 @@ def test_several_designs_and_wrong_ones(draw):
         draw(cf.FirstOrder(1.0), fs=0.0)
     with pytest.raises(TypeError, match=r"^design must be a linear filter"):
         draw(3.0)
+
+
+@pytest.mark.parametrize("name", ["allan", "bode", "poles", "responses", "results", "spectra"])
+def test_examples(name):
+    assert doctest.testmod(importlib.import_module(f"compfilt.plot.{name}")).failed == 0
