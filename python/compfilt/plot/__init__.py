@@ -1,4 +1,4 @@
-"""Pictures: one file a kind. Needs matplotlib: the extra ``plot``.
+"""Pictures: one file a kind. Needs matplotlib and tsdownsample: the extra ``plot``.
 
 Examples
 --------
@@ -11,12 +11,29 @@ Examples
 
 try:
     import matplotlib as mpl  # noqa: F401 - a message of our own where it is missing
+    import tsdownsample as _tsdownsample  # noqa: F401
 except ModuleNotFoundError as error:
-    if (error.name or "").partition(".")[0] != "matplotlib":
+    if (error.name or "").partition(".")[0] not in {"matplotlib", "tsdownsample"}:
         raise
     message = "compfilt.plot needs the extra \"plot\": pip install 'compfilt[plot]'"
     raise ModuleNotFoundError(message, name=error.name) from error
 
+from compfilt.plot.allan import allan
+from compfilt.plot.bode import bode
+from compfilt.plot.poles import poles
+from compfilt.plot.responses import bias_response, step_response
 from compfilt.plot.results import ENDINGS, attitude, result, save
+from compfilt.plot.spectra import spectra
 
-__all__ = ["ENDINGS", "attitude", "result", "save"]
+__all__ = [
+    "ENDINGS",
+    "allan",
+    "attitude",
+    "bias_response",
+    "bode",
+    "poles",
+    "result",
+    "save",
+    "spectra",
+    "step_response",
+]
