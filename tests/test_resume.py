@@ -80,7 +80,7 @@ def names(folder):
 # Kills the process when it has filtered some rows and written what it does then.
 KILLED = """
 import json, os, signal, sys, time
-from compfilt.logs import draft, encoders, job, pipeline, readers, writers
+from compfilt.logs import draft, encoders, job, pipeline, readers
 encoders.ROWS_PER_GROUP, job.ROWS_PER_CHECKPOINT = 250, 1000
 at, where = int(os.environ["AT"]), os.environ["WHERE"]
 opened = readers.open_log
