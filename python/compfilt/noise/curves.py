@@ -39,9 +39,12 @@ class AllanCurve:
         In the signal's unit. White noise of the two-sided density N² falls as N/√τ.
     low, high : ndarray, shape (m,)
         Confidence interval of the deviation, one standard deviation wide on each side (68 %).
+    duration : float, optional
+        How long the recording is, in s. A fit needs it: it tells how much the points of the curve have in common.
     """
 
     tau: Array
     deviation: Array
     low: Array
     high: Array
+    duration: float | None = None
