@@ -345,5 +345,5 @@ def test_without_scipy():
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert result.returncode == 1
     assert result.stderr.splitlines()[-1] == (
-        "ImportError: compfilt.design needs the extra \"design\": pip install 'compfilt[design]'"
+        "ModuleNotFoundError: compfilt.design needs the extra \"design\": pip install 'compfilt[design]'"
     )

@@ -4,10 +4,10 @@ import signal
 import sys
 from typing import NoReturn
 
-from compfilt.cli import check, export, noise, plot, replay, run, simulate
+from compfilt.cli import check, design, export, noise, plot, replay, run, simulate
 from compfilt.cli.base import app, say
 
-__all__ = ["check", "export", "noise", "plot", "replay", "run", "run_app", "simulate"]
+__all__ = ["check", "design", "export", "noise", "plot", "replay", "run", "run_app", "simulate"]
 
 
 def run_app() -> NoReturn:

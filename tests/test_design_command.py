@@ -1,0 +1,141 @@
+"""``compfilt design`` as a user meets it."""
+
+import json
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from compfilt import design, simulate
+from compfilt.__main__ import main
+
+NOISE = ["--measurement-noise", "0.001", "--gyro-noise", "0.002"]
+
+
+@pytest.fixture
+def compfilt(tmp_path, monkeypatch, capsys):
+    """Run the command inside this process."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["compfilt", "design", *arguments])
+        before = signal.getsignal(signal.SIGTERM)
+        try:
+            status = main()
+        except SystemExit as leaving:
+            status = leaving.code
+        finally:
+            signal.signal(signal.SIGTERM, before)
+        return subprocess.CompletedProcess(arguments, status, *capsys.readouterr())
+
+    return run
+
+
+def told(process):
+    assert process.returncode == 0, process.stderr
+    assert process.stderr == ""
+    return json.loads(process.stdout)
+
+
+def test_from_noise(compfilt):
+    expected = design.from_densities(measurement=1e-3, derivative=2e-3, walk=1e-4, kind="pi", fs=100.0)
+    assert told(compfilt(*NOISE, "--walk", "1e-4", "--fs", "100", "--json")) == expected.as_json()
+    text = compfilt(*NOISE, "--walk", "1e-4", "--fs", "100").stdout
+    assert text == f"{expected.table()}\n{expected.recipe_line()}\n"
+
+
+def test_from_noise_over_splits(compfilt):
+    found = told(
+        compfilt(*NOISE, "--kind", "butterworth", "--order", "3", "--split", "1", "--fs", "100", "--json")
+    )
+    expected = design.from_spectra(
+        measurement=1e-3, derivative=2e-3, kind="butterworth", order=3, split=1, fs=100.0
+    )
+    assert found == expected.as_json()
+
+
+def test_from_a_wanted_speed(compfilt):
+    assert told(compfilt("--cutoff", "0.5", "--json")) == design.from_cutoff(0.5).as_json()
+    settling = design.from_settling_time(3.0, kind="third_order")
+    assert told(compfilt("--settling-time", "3", "--kind", "third_order", "--json")) == settling.as_json()
+    assert told(compfilt("--bias-time", "20", "--json")) == design.from_bias_time(20.0).as_json()
+    predicted = told(compfilt("--cutoff", "0.5", *NOISE, "--fs", "100", "--json"))["prediction"]
+    assert predicted["sigma"] > 0.0
+
+
+def test_from_what_the_noise_command_printed(compfilt, tmp_path):
+    densities = {"measurement": 1e-3, "derivative": 2e-3, "walk": 1e-4}
+    (tmp_path / "noise.json").write_text(json.dumps({"rate": 100.0, "densities": densities, "channels": []}))
+    expected = design.from_densities(**densities, kind="pi", fs=100.0)
+    assert told(compfilt("--noise", "noise.json", "--json")) == expected.as_json()
+
+
+def test_from_recordings(compfilt, tmp_path):
+    simulate.write(simulate.child_seat(duration=30.0), tmp_path / "seat.csv")
+    (tmp_path / "seat.toml").write_text(
+        'version = 1\n[log]\ntime = { column = "t", unit = "s" }\naxes = "flu"\n'
+        'gyro = { columns = ["gx", "gy", "gz"], unit = "deg/s" }\n'
+        'accelerometer = { columns = ["ax", "ay", "az"], unit = "g" }\n'
+        '[filter]\nkind = "tilt"\ndesign = { kind = "first_order", tau = 0.5 }\n'
+        '[output]\ncolumns = ["roll"]\nunit = "deg"\n'
+    )
+    given = ["--recording", "seat.csv", "--recipe", "seat.toml", "--truth", "roll=true_roll"]
+    found = told(compfilt(*given, "--json"))
+    assert found["design"]["kind"] == "first_order"
+    assert 0.5 < found["measured"]["error on the recordings (RMS)"] < 20.0
+    assert "error on the recordings (RMS) / deg" in compfilt(*given).stdout
+    given[-1] = "roll=roll"
+    missing = compfilt(*given)
+    assert missing.returncode == 1
+    assert "seat.csv: " in missing.stderr
+    assert missing.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([], "nothing to choose by"),
+        (["--cutoff", "1", "--bias-time", "1"], "different ways"),
+        (["--cutoff", "-1"], "cutoff must be"),
+        (["--cutoff", "1", "--kind", "kalman"], "kind must be one of"),
+        (["--bias-time", "1", "--split", "1"], "--split does not go with --bias-time"),
+        (["--truth", "roll=a"], "belong together"),
+        (
+            ["--recording", "a.csv", "--recipe", "a.toml", "--truth", "roll"],
+            "a.toml: the recipe cannot be read",
+        ),
+        ([*NOISE, "--order", "2"], "--fs is needed"),
+        ([*NOISE, "--fs", "0"], "fs must be"),
+        ([*NOISE, "--noise", "noise.json"], "give one or the other"),
+        (["--noise", "noise.json"], "noise.json: cannot be read: No such file"),
+        (["--measurement-noise", "1"], "derivative must be above 0"),
+    ],
+)
+def test_what_cannot_be_done_is_one_line(compfilt, arguments, words):
+    process = compfilt(*arguments)
+    assert process.returncode == 2
+    assert process.stdout == ""
+    assert process.stderr.startswith("compfilt: ")
+    assert process.stderr.count("\n") == 1
+    assert words in process.stderr
+
+
+def test_another_file_than_of_noise_is_refused(compfilt, tmp_path):
+    (tmp_path / "other.json").write_text('{"rate": 1.0}')
+    process = compfilt("--noise", "other.json")
+    assert (process.returncode, process.stderr) == (
+        2,
+        "compfilt: other.json: must be what compfilt noise --json printed\n",
+    )
+
+
+def test_without_scipy(tmp_path):
+    code = "import sys; sys.modules['scipy'] = None; sys.argv[1:] = ['design', '--cutoff', '1']\n"
+    code += "from compfilt.__main__ import main; sys.exit(main())"
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=tmp_path
+    )
+    assert result.returncode == 2
+    assert "pip install 'compfilt[design]'" in result.stderr
+    assert result.stderr.count("\n") == 1

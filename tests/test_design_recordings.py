@@ -1,0 +1,196 @@
+"""Gains from recordings with truth: the least error on a grid, cross-validation, logs through recipes."""
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+import compfilt as cf
+from compfilt import simulate
+from compfilt.design import LinearRecording, TiltRecording, from_recordings
+from compfilt.design.log import LogRecording, from_logs
+from compfilt.logs.errors import LogError, UsageError
+from compfilt.logs.recipe import parse_recipe
+
+FS = 100.0
+
+
+def recording(seed, *, seconds=60, noise=0.1, drift=0.1):
+    """The best tau is noise/drift."""
+    rng = np.random.default_rng(seed)
+    rate = np.cos(np.arange(seconds * FS) / FS)
+    angle = np.cumsum(rate) / FS
+    return LinearRecording(
+        angle + rng.normal(0.0, noise, angle.size), rate + rng.normal(0.0, drift, angle.size), angle, FS
+    )
+
+
+def rms(design, recordings):
+    return np.sqrt(np.mean(np.concatenate([each.squared_errors(design) for each in recordings])))
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_no_tau_on_a_grid_is_better(count):
+    recordings = [recording(seed) for seed in range(count)]
+    chosen = from_recordings(recordings)
+    grid = [rms(cf.FirstOrder(tau), recordings) for tau in np.geomspace(0.05, 20.0, 101)]
+    measured = dict(chosen.measured)
+    error, crossed = measured.values()
+    assert error == pytest.approx(rms(chosen.design, recordings), rel=1e-12)
+    assert error <= min(grid) * (1 + 1e-6)
+    assert error <= crossed < 1.2 * error
+    assert chosen.sensitivity[0].halved == pytest.approx(
+        rms(cf.FirstOrder(2 * chosen.design.tau), recordings)
+    )
+    assert abs(chosen.sensitivity[0].slope) < 0.02
+
+
+def test_two_gains_are_found_with_a_bias():
+    each = recording(0)
+    biased = LinearRecording(each.measurement, each.derivative + 0.3, each.truth, FS)
+    first, second = (dict(from_recordings([biased], kind=kind).measured) for kind in ("first_order", "pi"))
+    assert min(second.values()) < 0.8 * min(first.values())
+
+
+def test_cross_validation_tells_what_the_gains_are_worth_elsewhere():
+    """Each fold is scored with the gains of the others: with other noise in one half, those are wrong."""
+    recordings = [recording(0, noise=0.02, drift=0.5), recording(1, noise=0.5, drift=0.02)]
+    error, crossed = dict(from_recordings(recordings).measured).values()
+    alone = [from_recordings([each]).design for each in recordings]
+    expected = np.sqrt(np.mean([rms(alone[1], recordings[:1]) ** 2, rms(alone[0], recordings[1:]) ** 2]))
+    assert crossed == pytest.approx(expected, rel=1e-3)
+    assert crossed > 1.5 * error
+
+
+def test_what_is_not_known_does_not_count():
+    each = recording(0)
+    truth = each.truth.copy()
+    truth[: truth.size // 20] = np.nan
+    wrong = each.truth.copy()
+    wrong[: truth.size // 20] = 99.0
+    known = from_recordings([LinearRecording(each.measurement, each.derivative, truth, FS)])
+    assert min(dict(known.measured).values()) < 0.1
+    assert (
+        min(
+            dict(
+                from_recordings([LinearRecording(each.measurement, each.derivative, wrong, FS)]).measured
+            ).values()
+        )
+        > 1
+    )
+
+
+def test_an_angle_wraps():
+    each = recording(0)
+    turns = LinearRecording(
+        np.angle(np.exp(1j * (each.measurement + 3.0))),
+        each.derivative,
+        each.truth + 3.0,
+        FS,
+        period=2 * np.pi,
+    )
+    assert from_recordings([turns]).design.tau == pytest.approx(from_recordings([each]).design.tau, rel=1e-3)
+
+
+def seat(seed=0, duration=60.0):
+    log = simulate.child_seat(seed=seed, duration=duration)
+    return {name: np.asarray(values) for name, values in log.items()}
+
+
+def test_tilt():
+    log = seat()
+    gyro = np.radians(np.column_stack([log[name] for name in ("gx", "gy", "gz")]))
+    acc = 9.80665 * np.column_stack([log[name] for name in ("ax", "ay", "az")])
+    truth = np.radians(np.column_stack([log["true_roll"], log["true_pitch"]]))
+    each = TiltRecording(gyro, acc, truth, FS)
+    chosen = from_recordings([each], folds=3)
+    angles = cf.TiltFilter(chosen.design).estimate(gyro, acc, fs=FS).angles
+    expected = np.sqrt(np.mean((angles - truth) ** 2))
+    assert dict(chosen.measured)["error on the recordings (RMS)"] == pytest.approx(expected, rel=1e-9)
+
+
+RECIPE = """
+version = 1
+[log]
+time = { column = "t", unit = "s" }
+gyro = { columns = ["gx", "gy", "gz"], unit = "deg/s" }
+accelerometer = { columns = ["ax", "ay", "az"], unit = "g" }
+axes = "flu"
+[filter]
+kind = "tilt"
+design = { kind = "first_order", tau = 0.5 }
+[output]
+columns = ["roll", "pitch"]
+unit = "deg"
+"""
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("logs")
+    for seed in (0, 1):
+        simulate.write(simulate.child_seat(seed=seed, duration=60.0), folder / f"{seed}.parquet")
+    return [folder / "0.parquet", folder / "1.parquet"]
+
+
+def test_logs_through_a_recipe(logs):
+    """The error that is told is that of the recipe with the design that is told."""
+    truth = {"roll": "true_roll", "pitch": "true_pitch"}
+    chosen = from_logs(logs, parse_recipe(RECIPE), truth)
+    signals = [seat(seed) for seed in (0, 1)]
+    squares = []
+    for log in signals:
+        angles = np.degrees(
+            cf.TiltFilter(chosen.design)
+            .estimate(
+                np.radians(np.column_stack([log[name] for name in ("gx", "gy", "gz")])),
+                9.80665 * np.column_stack([log[name] for name in ("ax", "ay", "az")]),
+                t=log["t"],
+            )
+            .angles
+        )
+        squares.append((angles - np.column_stack([log["true_roll"], log["true_pitch"]])) ** 2)
+    expected = np.sqrt(np.mean(np.concatenate(squares)))
+    assert dict(chosen.measured)["error on the recordings (RMS)"] == pytest.approx(expected, rel=1e-6)
+    assert isinstance(chosen.design, cf.FirstOrder)
+
+
+def test_the_kind_is_the_recipe_s_unless_another_is_asked_for(logs):
+    recipe = parse_recipe(
+        RECIPE.replace('"first_order", tau = 0.5', '"butterworth", omega0 = 1.0, order = 2, split = 1')
+    )
+    assert from_logs(logs[:1], recipe, {"roll": "true_roll"}, folds=2).design.split == 1
+    other = from_logs(logs[:1], recipe, {"roll": "true_roll"}, kind="first_order", folds=2)
+    assert isinstance(other.design, cf.FirstOrder)
+
+
+def test_logs_that_do_not_serve(logs):
+    recipe = parse_recipe(RECIPE)
+    with pytest.raises(LogError, match=r'0\.parquet: .*"nothing"'):
+        from_logs(logs, recipe, {"roll": "nothing"})
+    attitude = RECIPE.replace('"tilt"', '"attitude"').replace(
+        'design = { kind = "first_order", tau = 0.5 }', 'method = "gravity"'
+    )
+    with pytest.raises(UsageError, match="has no design to choose gains for"):
+        from_logs(logs, parse_recipe(attitude), {"roll": "true_roll"})
+
+
+def test_a_recording_reads_its_rate_off_the_log(logs):
+    each = LogRecording(parse_recipe(RECIPE), pq.read_table(logs[0]), {"roll": "true_roll"})
+    assert each.fs == pytest.approx(FS, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: from_recordings([]), "recordings must have at least one"),
+        (lambda: from_recordings([recording(0, seconds=5)], folds=1), "folds must be at least 2"),
+        (
+            lambda: from_recordings([LinearRecording(np.ones(500), np.ones(500), np.full(500, np.nan), FS)]),
+            "known truth in every fold",
+        ),
+        (lambda: from_recordings([recording(0, seconds=5)], kind="tilt"), "kind must be one of"),
+    ],
+)
+def test_errors_name_the_argument(call, words):
+    with pytest.raises(ValueError, match=words):
+        call()
