@@ -1,7 +1,5 @@
 """Roll, pitch and yaw against SciPy and against the angles of gravity."""
 
-import doctest
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,7 +7,6 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import compfilt as cf
-from compfilt import angles
 from compfilt.angles import angles_to_quaternion, quaternion_to_angles
 
 
@@ -59,7 +56,3 @@ def test_float32_goes_in_and_float64_comes_out():
     got = quaternion_to_angles(quaternions)
     assert got.dtype == np.float64
     np.testing.assert_array_equal(got, quaternion_to_angles(quaternions.astype(np.float64)))
-
-
-def test_examples():
-    assert doctest.testmod(angles).failed == 0

@@ -440,13 +440,12 @@ def test_an_accelerometer_that_reads_nothing(log, tmp_path):
     assert 'column "ax" is 0 in every row' in {finding.what for finding in report.wrong}
 
 
-def test_a_short_log_is_not_called_wrong(tmp_path):
-    path = save(
-        {name: values[100:400] + 0.0 for name, values in handled(6.0).items()}, tmp_path / "short.parquet"
-    )
-    text = check_log(path).recipe
-    report = check_log(path, parse_recipe(text)) if text else check_log(path)
-    assert "wrong" not in {finding.level for finding in report.about("direction of gravity")}
+def test_a_short_log_is_said_to_be_too_short(tmp_path):
+    """And not that the body leans, or is upside down."""
+    path = save({name: values[100:400] for name, values in handled(6.0).items()}, tmp_path / "short.parquet")
+    report = check_log(path, parse_recipe(check.RECIPE.format(clock=check.TIME, magnetometer="")))
+    for topic in ("direction of gravity", "accelerometer unit"):
+        assert [(found.level, found.what) for found in report.about(topic)] == [("unknown", "the log is too short")]
 
 
 @given(st.lists(st.integers(0, 9), max_size=6), st.integers(1, 8))
@@ -468,6 +467,24 @@ def test_names_are_escaped_in_a_recipe(name):
 
 def test_long_names_are_not_guessed_from():
     assert not by_names([Column("x" * 10**5, None)]).triads
+
+
+def test_a_bias_changes_no_delay(log):
+    """What the gyro reads at rest is no turn that the accelerometer would have to follow."""
+    delays = [
+        check.check(log, fault).about("gyro delay")[0].what
+        for fault in (check.Fault("clean", dict, ()), FAULTS["gyro bias 3 deg/s"])
+    ]
+    assert delays[0] == delays[1]
+
+
+def test_a_magnet_that_goes_with_the_body_is_named(log):
+    """Its field hides the earth's, so that the magnetometer's axes cannot be told: that is said, with the reason."""
+    report = check.check(log | {"mx": log["mx"] + 100.0}, check.Fault("magnet", dict, ()))
+    assert report.wrong == ()
+    (finding,) = (found for found in report.about("axes") if found.level == "unknown")
+    assert finding.what.startswith("gyro and magnetometer: ")
+    assert finding.evidence.endswith("iron or a magnet near the sensor?")
 
 
 def test_only_the_magnetometer_may_be_missing(log, tmp_path):

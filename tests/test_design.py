@@ -1,6 +1,5 @@
 """Observer gains against closed forms, a Kalman filter's own recursion, and the equation that they solve."""
 
-import doctest
 import math
 import subprocess
 import sys
@@ -12,7 +11,6 @@ from hypothesis import strategies as st
 from scipy import linalg
 
 import compfilt as cf
-from compfilt import design
 from compfilt.design import luenberger, observer_poles
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -332,12 +330,6 @@ def test_the_arguments_are_left_alone():
 
 
 # --------------------------------------------------------------------------------------------------------- the module
-
-
-def test_examples_run():
-    results = doctest.testmod(design)
-    assert results.attempted
-    assert not results.failed
 
 
 def test_without_scipy():

@@ -15,8 +15,9 @@ import pyarrow.parquet as pq
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from compfilt.logs.check.source import number_columns
 from compfilt.logs.errors import LogError, TruncatedLog
-from compfilt.logs.readers import Columns, bags, open_log
+from compfilt.logs.readers import Columns, bags, open_log, read_schema
 from format_files import FORMATS, SIGNALS, data, write
 
 MEMORY = 150 << 10
@@ -117,6 +118,35 @@ def test_a_million_columns(tmp_path):
     assert memory < MEMORY
     assert rows == 0
     assert message.startswith('there is no column "colum"')
+
+
+@pytest.mark.parametrize("ask", [read_schema, number_columns, lambda path: read(path, "t")])
+@pytest.mark.parametrize("ending", ["parquet", "arrow"])
+def test_a_name_that_is_no_text(tmp_path, ending, ask):
+    path = tmp_path / f"log.{ending}"
+    with_a_name_that_is_no_text(path, {"t": [0.0, 1.0], "name": [1.0, 2.0]})
+    with pytest.raises(LogError, match=r"^the name of a column is not a text in UTF-8$"):
+        ask(path)
+
+
+def test_a_name_that_is_no_text_within_a_column(tmp_path):
+    path = tmp_path / "log.arrow"
+    with_a_name_that_is_no_text(path, {"t": [0.0, 1.0], "both": [{"name": 1.0}, {"name": 2.0}]})
+    assert [column.name for column in number_columns(path)] == ["t"]
+    assert read(path, "t").num_rows == 2
+    with pytest.raises(LogError, match=r'^column "both" holds struct<.*, not numbers$'):
+        read(path, "both")
+
+
+def with_a_name_that_is_no_text(path, columns):
+    """Write a log with a column "name", and put other bytes in place of it."""
+    if path.suffix == ".parquet":
+        # Otherwise Arrow takes the names from a copy of the schema in the metadata.
+        pq.write_table(pa.table(columns), path, store_schema=False)
+    else:
+        with pa.ipc.new_file(path, pa.table(columns).schema) as writer:
+            writer.write_table(pa.table(columns))
+    path.write_bytes(path.read_bytes().replace(b"name", b"n\xff\xfee"))
 
 
 def test_rows_that_are_declared_but_not_there(tmp_path):

@@ -121,13 +121,22 @@ def test_the_ending_alone_tells_the_separator(tmp_path, name, separator):
     assert read_schema(path).names == ["a", "b"]
 
 
+@pytest.mark.parametrize("name", FORMATS)
+def test_capital_letters_in_an_ending_change_nothing(files, tmp_path, name):
+    path, names, _ = files[name]
+    if path.is_dir():
+        pytest.skip("a folder has no ending")
+    loud = tmp_path / name.upper()
+    loud.write_bytes(path.read_bytes())
+    assert read(loud, wanted(names)).num_rows == 2000
+
+
 def test_formats_are_told_by_their_first_bytes_where_the_ending_is_not_known(files, tmp_path):
     for name in ("log.parquet", "log.arrow", "log.h5", "log.ulg", "log.bag", "log.db3", "log.mcap"):
         path, names, _ = files[name]
-        if name in ("log.parquet", "log.arrow", "log.h5", "log.ulg"):
-            unknown = tmp_path / f"{path.stem}.data"
-            unknown.write_bytes(path.read_bytes())
-            assert read(unknown, wanted(names)).num_rows == 2000
+        unknown = tmp_path / f"{path.stem}.data"
+        unknown.write_bytes(path.read_bytes())
+        assert read(unknown, wanted(names)).num_rows == 2000
         wrong = tmp_path / "log.csv"
         wrong.write_bytes(path.read_bytes())
         with pytest.raises(LogError, match=r"by its first bytes this is a file of .*, not of CSV"):

@@ -1,5 +1,7 @@
 """What a result of a recipe holds that can be drawn: its columns by what they are, with their units."""
 
+import contextlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,7 +14,7 @@ from compfilt.logs.errors import LogError
 from compfilt.logs.readers import Columns, open_log, read_schema
 from compfilt.logs.readers.base import is_time
 
-__all__ = ["GROUPS", "Group", "Result", "read_result"]
+__all__ = ["GROUPS", "Block", "Group", "Result", "open_result"]
 
 Array = npt.NDArray[np.float64]
 
@@ -41,41 +43,53 @@ GROUPS = {
 TIMES = ("t", "time")
 """The names of a column of the log that counts as the time, if it was kept."""
 
+MARKS = ("at_rest", "flags")
+"""The columns that hold a small whole number for each row."""
+
 
 class Group(NamedTuple):
     """Columns of one kind and unit; the unit is empty where the file does not tell it, as in a CSV."""
 
     title: str
     unit: str
-    columns: dict[str, Array]
+    columns: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class Result:
-    """A result in memory.
-
-    Attributes
-    ----------
-    time
-        The time of the rows, or their numbers from 0 where no time was kept.
-    time_name, time_unit
-        What `time` is.
-    groups
-        The columns of numbers.
-    at_rest, flags
-        One number a row, where they are there.
-    """
+class Block(NamedTuple):
+    """Some rows of a result: their time, the columns of numbers, and the marks that are there."""
 
     time: Array
-    time_name: str
-    time_unit: str
-    groups: tuple[Group, ...]
+    columns: dict[str, Array]
     at_rest: Array | None
     flags: Array | None
 
 
-def read_result(path: str | Path) -> Result:
-    """Read the columns that a result can have, and no others.
+@dataclass(frozen=True)
+class Result:
+    """A result that is being read.
+
+    Attributes
+    ----------
+    time_name, time_unit
+        What the time of the rows is; where none was kept, the rows are counted from 0 and it is named `row`.
+    groups
+        The columns of numbers.
+    has_flags
+        Whether there is a column of flags.
+    blocks
+        The rows, once and in order.
+    """
+
+    time_name: str
+    time_unit: str
+    groups: tuple[Group, ...]
+    has_flags: bool
+    blocks: Iterator[Block]
+
+
+@contextlib.contextmanager
+def open_result(path: str | Path) -> Iterator[Result]:
+    """Open the columns that a result can have, and no others; never the whole file in memory.
 
     Raises
     ------
@@ -83,35 +97,37 @@ def read_result(path: str | Path) -> Result:
         The file cannot be read, or has none of them.
     """
     places = {name: title for title, names in GROUPS.items() for name in names}
-    table = _read(path, (*TIMES, *places, "at_rest", "flags"))
-    values = {name: _numbers(table.column(name)) for name in table.column_names}
-    clock = next((name for name in TIMES if name in values), None)
-    drawn = [name for name in values if name not in TIMES]
+    schema = read_schema(path)
+    numeric = {field.name for field in schema if _counts(field)}
+    drawn = tuple(name for name in (*places, *MARKS) if name in numeric)
     if not drawn:
         raise LogError("there is no column of a result, such as roll, yaw, estimate, bias or flags")
-    groups: dict[tuple[str, str], dict[str, Array]] = {}
-    for name in drawn:
-        if name in places:
-            groups.setdefault((places[name], _unit(table, name)), {})[name] = values[name]
-    return Result(
-        np.arange(float(table.num_rows)) if clock is None else values[clock],
-        clock or "row",
-        _unit(table, clock) if clock else "",
-        tuple(Group(title, unit, columns) for (title, unit), columns in groups.items()),
-        _marks(values, "at_rest"),
-        _marks(values, "flags"),
-    )
+    clock = tuple(name for name in TIMES if name in numeric)[:1]
+    with open_log(path, Columns(drawn, clock)) as reader:
+        groups: dict[tuple[str, str], list[str]] = {}
+        for name in drawn:
+            if name in places:
+                groups.setdefault((places[name], _unit(reader.schema, name)), []).append(name)
+        yield Result(
+            clock[0] if clock else "row",
+            _unit(reader.schema, clock[0]) if clock else "",
+            tuple(Group(title, unit, tuple(names)) for (title, unit), names in groups.items()),
+            "flags" in drawn,
+            _blocks(reader.batches(), drawn, clock),
+        )
 
 
-def _read(path: str | Path, wanted: tuple[str, ...]) -> pa.Table:
-    """Read those of the columns that are there and hold numbers, in the order in which they are wanted."""
-    numeric = {field.name for field in read_schema(path) if _counts(field)}
-    names = tuple(name for name in wanted if name in numeric)
-    if not names:
-        return pa.table({})
-    signals = tuple(name for name in names if name not in TIMES)
-    with open_log(path, Columns(signals, tuple(name for name in names if name in TIMES))) as reader:
-        return pa.Table.from_batches(list(reader.batches()), reader.schema)
+def _blocks(
+    batches: Iterator[pa.RecordBatch], drawn: tuple[str, ...], clock: tuple[str, ...]
+) -> Iterator[Block]:
+    rows = 0
+    for batch in batches:
+        values = {name: _numbers(batch.column(name)) for name in drawn}
+        counted = np.arange(rows, rows + batch.num_rows, dtype=np.float64)
+        rows += batch.num_rows
+        # An empty field of a mark is a zero.
+        marks = [np.nan_to_num(values.pop(name)) if name in values else None for name in MARKS]
+        yield Block(_numbers(batch.column(clock[0])) if clock else counted, values, *marks)
 
 
 def _counts(field: Any) -> bool:  # noqa: ANN401 - a field of any type
@@ -125,16 +141,11 @@ def _counts(field: Any) -> bool:  # noqa: ANN401 - a field of any type
 def _numbers(column: Any) -> Array:  # noqa: ANN401 - a column of any type
     """Return a column as numbers; points in time are counted in their unit."""
     values = column.cast(pa.int64()) if is_time(column.type) else column
-    return np.asarray(values.to_numpy(), np.float64)
+    return np.asarray(values.to_numpy(zero_copy_only=False), np.float64)
 
 
-def _marks(values: dict[str, Array], name: str) -> Array | None:
-    """Take a column of small whole numbers, where it is there; an empty field is a zero."""
-    return np.nan_to_num(values[name]) if name in values else None
-
-
-def _unit(table: pa.Table, name: str) -> str:
-    kind: Any = table.field(name).type
-    if is_time(kind):
-        return str(kind.unit)
-    return str((table.field(name).metadata or {}).get(b"unit", b"").decode())
+def _unit(schema: pa.Schema, name: str) -> str:
+    field: Any = schema.field(name)
+    if is_time(field.type):
+        return str(field.type.unit)
+    return str((field.metadata or {}).get(b"unit", b"").decode(errors="replace"))

@@ -84,4 +84,4 @@ def _cross_covariance(short: int, long: int, lags: Array, period: float, power: 
 def _generalised(t: Array, power: Array) -> Array:
     white, flicker, walk = power
     logarithm = np.log(np.where(t > 0.0, t, 1.0))
-    return -white / 2.0 * t + flicker / (2.0 * np.pi) * t**2 * logarithm + walk / 12.0 * t**3
+    return np.asarray(-white / 2.0 * t + flicker / (2.0 * np.pi) * t**2 * logarithm + walk / 12.0 * t**3)

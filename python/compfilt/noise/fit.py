@@ -20,9 +20,13 @@ LONGEST = 8.0
 """The longest averaging time that counts fits so many times into the recording."""
 DOUBT = 1e-3
 """A curve that these noises would give with a smaller probability is not theirs."""
+CERTAIN = 0.2
+"""Once fast noise is known to be coloured, the fit begins where a curve at least as odd as this has this probability."""
 ROUNDS = 3
-SMALLEST = 1e-3
-"""Where the search for a term begins that the first estimate leaves out, as a part of its largest possible value."""
+SMALLEST = 1e-6
+"""Where the search for a term begins that was 0, as a part of its largest possible power."""
+STEPS, HALVINGS, PRECISION = 50, 20, 1e-6
+"""Of the search for the least sum of squares."""
 
 
 class Fitted(NamedTuple):
@@ -113,18 +117,7 @@ def fit_allan(curve: AllanCurve, *, level: float = 0.95) -> AllanFit:
     """
     if not 0.0 < level < 1.0:
         raise ValueError(f"level must lie between 0 and 1, not {level:g}")
-    points = _octaves(curve)
-    best: _Search | None = None
-    for first in range(len(points.tau) - FEWEST_POINTS + 1):
-        search = _Search(points, first)
-        if best is None or search.probability > best.probability:
-            best = search
-        if search.probability > DOUBT:
-            break
-    if best is None:
-        raise ValueError(
-            f"curve is too short to fit: it needs {FEWEST_POINTS} octaves, up to an {LONGEST:g}th of the recording"
-        )
+    best = _best_search(_octaves(curve))
     found: dict[str, Fitted | None] = {}
     upper: dict[str, float] = {}
     for place, name in enumerate(TERMS):
@@ -152,6 +145,22 @@ class _Points(NamedTuple):
     factors: npt.NDArray[np.int64]
     samples: int
     period: float
+
+
+def _best_search(points: _Points) -> "_Search":
+    """Fit from the shortest averaging time from which on the curve is that of these noises."""
+    starts = range(len(points.tau) - FEWEST_POINTS + 1)
+    if not starts:
+        raise ValueError(
+            f"curve is too short to fit: it needs {FEWEST_POINTS} octaves, up to an {LONGEST:g}th of the recording"
+        )
+    searches: list[_Search] = []
+    for first in starts:
+        searches.append(_Search(points, first))
+        if searches[-1].probability > (CERTAIN if first else DOUBT):
+            # What is left of the fast noise may be as large as the error of this point: of the next it is half of that.
+            return _Search(points, first + 1) if first and first + 1 in starts else searches[-1]
+    return max(searches, key=lambda search: search.probability)
 
 
 def _octaves(curve: AllanCurve) -> _Points:
@@ -183,71 +192,66 @@ class _Search:
     def __init__(self, points: _Points, first: int) -> None:
         self.tau = points.tau[first:]
         self._observed = np.log(points.variance[first:])
-        self._shapes = shapes(self.tau)
-        # As large as each term may be if it made the curve alone.
-        self._scale = np.sqrt((points.variance[first:, None] / self._shapes).min(axis=0))
-        relative = self._shapes * self._scale**2 / points.variance[first:, None]
-        start, _ = optimize.nnls(relative, np.ones(len(self.tau)))
-        self.coefficients = np.sqrt(start) * self._scale
+        variances = shapes(self.tau)
+        # In units of what each term would be at most, if it made the curve alone.
+        self._units = (points.variance[first:, None] / variances).min(axis=0)
+        self._shapes = variances * self._units
         self._factors, self._samples, self._period = points.factors[first:], points.samples, points.period
+        self._power, _ = optimize.nnls(self._shapes / points.variance[first:, None], np.ones(len(self.tau)))
         for _ in range(ROUNDS):
             self._weigh()
-            self.coefficients, self._least = self._minimise({})
-        self.probability = float(stats.chi2.sf(self._least, len(self.tau) - len(TERMS)))
+            self._power, self._least = self._minimise({})
+        self.coefficients = np.sqrt(self._power * self._units)
+        free = len(self.tau) - np.count_nonzero(self._power)
+        self.probability = float(stats.chi2.sf(self._least, free))
 
     def _weigh(self) -> None:
         """Take the weights of the noises found so far."""
-        power = np.square(np.maximum(self.coefficients, SMALLEST * self._scale))
-        model = self._shapes @ power
+        model = self._shapes @ self._power
+        power = self._power * self._units
         common = covariance(self._factors, self._samples, self._period, power) / np.outer(model, model)
         half = 1.0 / np.diag(common)
-        # The mean of the logarithm of a chi-square variate of 2 · half degrees of freedom.
+        # The mean and the variance of the logarithm of a chi-square variate of 2 · half degrees of freedom.
         self._bias = special.digamma(half) - np.log(half)
-        spread = special.polygamma(1, half)
-        scale = np.sqrt(spread / np.diag(common))
+        scale = np.sqrt(special.polygamma(1, half) / np.diag(common))
         root = linalg.cholesky(common * np.outer(scale, scale), lower=True)
         self._whitened = linalg.solve_triangular(root, np.eye(len(root)), lower=True)
 
-    def _model(self, coefficients: Array) -> Array:
-        return np.maximum(self._shapes @ np.square(coefficients), np.finfo(float).tiny)
-
-    def _residuals(self, coefficients: Array) -> Array:
-        return self._whitened @ (self._observed - self._bias - np.log(self._model(coefficients)))
-
-    def _slopes(self, coefficients: Array) -> Array:
-        """Return the derivatives of the residuals."""
-        return -self._whitened @ (2.0 * self._shapes * coefficients / self._model(coefficients)[:, None])
+    def _residuals(self, model: Array) -> Array:
+        apart = self._observed - self._bias - np.log(np.maximum(model, np.finfo(float).tiny))
+        return np.asarray(self._whitened @ apart)
 
     def _minimise(self, fixed: dict[int, float]) -> tuple[Array, float]:
-        """Fit all terms but those that are fixed."""
+        """Fit all terms but those that are fixed: Gauss and Newton's steps, in each the best that is not negative."""
         free = [place for place in range(len(TERMS)) if place not in fixed]
-        start = np.maximum(self.coefficients, 0.1 * self._scale) / self._scale
-
-        def all_of(values: Array) -> Array:
-            whole = np.empty(len(TERMS))
-            whole[free] = values
-            whole *= self._scale
-            for place, value in fixed.items():
-                whole[place] = value
-            return whole
-
-        # A term counts by its square, so that its sign is free and no bound is needed.
-        found = optimize.least_squares(
-            lambda values: self._residuals(all_of(values)),
-            start[free],
-            lambda values: self._slopes(all_of(values))[:, free] * self._scale[free],
-            method="lm",
-        )
-        return np.abs(all_of(found.x)), float(2.0 * found.cost)
+        power = np.maximum(self._power, SMALLEST)
+        for place, value in fixed.items():
+            power[place] = value
+        residuals = self._residuals(self._shapes @ power)
+        least = float(residuals @ residuals)
+        for _ in range(STEPS):
+            slopes = self._whitened @ (self._shapes[:, free] / (self._shapes @ power)[:, None])
+            wanted, _ = optimize.nnls(slopes, residuals + slopes @ power[free])
+            whole, before = power.copy(), least
+            for halvings in range(HALVINGS):
+                power[free] = whole[free] + (wanted - whole[free]) / 2.0**halvings
+                residuals = self._residuals(self._shapes @ power)
+                least = float(residuals @ residuals)
+                if least <= before:
+                    break
+            if before - least < PRECISION:
+                break
+        return power, least
 
     def _rise(self, place: int, value: float) -> float:
-        return self._minimise({place: value})[1] - self._least
+        """Return by how much the sum of squares rises with a coefficient at a value."""
+        return self._minimise({place: value**2 / float(self._units[place])})[1] - self._least
 
     def interval(self, place: int, level: float) -> tuple[Fitted | None, float | None]:
         """Return a term with its interval, or its upper bound where it may as well be 0."""
         value = float(self.coefficients[place])
-        shown = self._rise(place, 0.0) > (both := float(stats.chi2.ppf(level, 1)))
-        if not shown:
+        both = float(stats.chi2.ppf(level, 1))
+        if self._rise(place, 0.0) <= both:
             one_sided = float(stats.norm.ppf(level)) ** 2
             return None, self._crossing(place, value, one_sided)
         low = optimize.brentq(lambda at: self._rise(place, at) - both, 0.0, value, rtol=1e-4)
@@ -255,7 +259,7 @@ class _Search:
 
     def _crossing(self, place: int, value: float, limit: float) -> float:
         """Find where, above the best value, the sum of squares has risen by the limit."""
-        below = max(value, SMALLEST * float(self._scale[place]))
+        below = max(value, SMALLEST * float(np.sqrt(self._units[place])))
         above = 1.1 * below
         while self._rise(place, above) < limit:
             below, above = above, 1.3 * above

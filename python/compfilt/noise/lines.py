@@ -90,27 +90,23 @@ def find_lines(x: npt.ArrayLike, *, fs: float, false_alarm: float = 0.01) -> tup
     threshold = stats.chi2.isf(false_alarm / tested, freedom) / freedom
     ratio = density / np.maximum(floor, np.finfo(float).tiny)
     peaks, _ = signal.find_peaks(ratio, height=threshold, distance=LOBE + 1)
-    lines = (_measure(found.frequency, density - floor, peak) for peak in peaks if peak >= FIRST)
+    lines = (_measure(found.frequency[:-1], density - floor, peak) for peak in peaks if peak >= FIRST)
     return tuple(lines)
 
 
 def _floor(density: Array, freedom: float) -> Array:
-    """Return the mean of the noise under every value, from medians of as many neighbours on both sides.
-
-    A median of both sides follows a slope.
-    """
+    """Return the mean of the noise under every value, from the median of its neighbours."""
+    count = len(density)
     floor = ndimage.median_filter(density, 2 * HALF_FLOOR + 1, mode="nearest")
-    for place in range(min(HALF_FLOOR, len(density))):
-        for at in (place, len(density) - 1 - place):
-            # At the upper end the spectrum is flat or falls gently: there some neighbours on one side are better than none.
-            first, last = (0, 2 * place) if at == place else (at - HALF_FLOOR, len(density) - 1)
-            floor[at] = np.median(density[max(first, 0) : last + 1])
+    for at in (*range(min(HALF_FLOOR, count)), *range(max(count - HALF_FLOOR, HALF_FLOOR), count)):
+        # At the lower end as many on both sides, for there the spectrum may be steep, and such a median follows a slope.
+        last = 2 * at if at < HALF_FLOOR else count - 1
+        floor[at] = np.median(density[max(at - HALF_FLOOR, 0) : last + 1])
     return np.asarray(floor / (1.0 - 2.0 / (9.0 * freedom)) ** 3)
 
 
 def _measure(frequency: Array, above: Array, peak: int) -> Line:
     around = slice(max(peak - LOBE, 0), peak + LOBE + 1)
     power = np.maximum(above[around], 0.0)
-    resolution = frequency[1]
     centre = float(np.sum(frequency[around] * power) / np.sum(power))
-    return Line(centre, float(np.sqrt(max(np.sum(above[around]) * resolution, 0.0))))
+    return Line(centre, float(np.sqrt(max(np.sum(above[around]), 0.0) * frequency[1])))

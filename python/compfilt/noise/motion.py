@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from scipy import stats  # type: ignore[import-untyped]
 
 from compfilt.noise.curves import Array
 from compfilt.noise.signals import channels, positive
@@ -17,14 +18,22 @@ WINDOW, FEWEST = 0.5, 32
 QUIETEST = 10.0
 """Percent of the windows that tell how quiet this sensor is."""
 LOUD = 2.0
-"""A window that varies so many times as much as the quietest is not at rest."""
+"""A window that varies so many times as much as the quietest is not at rest..."""
+SCATTER, MOST_SCATTER = 6.0, 0.35
+"""...if that is also so many standard deviations above their median, of the logarithm, which is at most so much at rest: behind a slow
+low-pass half a second holds few independent samples, and its noise is not measured well."""
 JUMP = 8.0
-"""Nor is one whose mean changes by so many standard deviations of the change from window to window."""
+"""Nor is a window at rest whose mean changes by so many standard deviations of the change from window to window, or in which the gyro's
+differs by as many from what is usual."""
 SHAKE, SWAY, TURN = 0.03, np.radians(3.0), np.radians(2.0)
 """A body is not at rest, however restless the recording, if its accelerometer varies by more than this part of its length, its gyro by
 more than this many rad/s, or if the vertical turns by more than this angle between the beginning and the end of a rest."""
 PAUSE = 1.0
 """Seconds: a shorter rest between two motions is none."""
+
+
+SHOWN = 5
+"""So many motions a message names."""
 
 
 class Span(NamedTuple):
@@ -54,9 +63,6 @@ class NotAtRest(ValueError):  # noqa: N818 - it says what the recording is
 
     def __reduce__(self) -> tuple[type["NotAtRest"], tuple[tuple[Span, ...]]]:
         return NotAtRest, (self.motion,)
-
-
-SHOWN = 5
 
 
 def find_motion(gyro: npt.ArrayLike, acc: npt.ArrayLike, *, fs: float) -> tuple[Span, ...]:
@@ -103,8 +109,10 @@ def find_motion(gyro: npt.ArrayLike, acc: npt.ArrayLike, *, fs: float) -> tuple[
     rate = positive("fs", fs)
     size = min(max(round(WINDOW * rate), FEWEST), len(rates))
     moving = np.zeros(len(rates) // size, np.bool_)
-    for values, most in ((rates, SWAY), (force, SHAKE * float(np.linalg.norm(np.median(force, axis=0))))):
-        moving |= _restless(values, size, most)
+    length = float(np.linalg.norm(np.median(force, axis=0)))
+    moving |= _restless(rates, size, SWAY, level=True)
+    # The accelerometer's mean is another in every rest.
+    moving |= _restless(force, size, SHAKE * length, level=False)
     spans = _spans(moving, size / rate, len(rates) / rate)
     rest = longest_rest(spans, len(rates) / rate)
     if rest is None or _turn(force, rest, rate) > TURN:
@@ -127,26 +135,46 @@ def longest_rest(motion: Sequence[Span], duration: float) -> Span | None:
     return max(rests, key=lambda rest: rest.end - rest.start, default=None)
 
 
-def _restless(values: Array, size: int, most: float) -> npt.NDArray[np.bool_]:
-    """Find the windows in which a sensor varies too much or its mean jumps."""
+def _restless(values: Array, size: int, most: float, *, level: bool) -> npt.NDArray[np.bool_]:
+    """Find the windows in which a sensor varies too much, its mean jumps, or, with `level`, is not the usual one."""
     count = len(values) // size
     windows = values[: count * size].reshape(count, size, 3)
     steps = [find_step(values[:, axis]) or 0.0 for axis in range(3)]
     # Of coarse steps a quiet window may show none at all.
     noise = np.maximum(windows.std(axis=1), np.array(steps) / 2.0)
     floor = np.percentile(noise, QUIETEST, axis=0)
-    loud = (noise > LOUD * floor).any(axis=1) | (np.linalg.norm(noise, axis=1) > most)
-    changes = np.diff(windows.mean(axis=1), axis=0)
+    restless = (noise > _loudness(noise) * floor).any(axis=1) | (np.linalg.norm(noise, axis=1) > most)
+    loud: npt.NDArray[np.bool_] = np.asarray(restless)
+    means = windows.mean(axis=1)
+    changes = np.diff(means, axis=0)
     settled = ~(loud[1:] | loud[:-1])
     if not settled.any():
         return loud
-    usual = np.median(np.abs(changes[settled]), axis=0) / 0.6745
     least = np.maximum(floor, np.array(steps)) / np.sqrt(size)
-    jumps = (np.abs(changes) > JUMP * np.maximum(usual, least)).any(axis=1)
+    jumps = (np.abs(changes) > JUMP * np.maximum(_spread(changes[settled]), least)).any(axis=1)
+    if level:
+        settled_means = means[1:][settled]
+        apart = np.abs(means - np.median(settled_means, axis=0))
+        spread = _spread(settled_means - np.median(settled_means, axis=0))
+        loud |= (apart > JUMP * np.maximum(spread, least)).any(axis=1)
     # Which of the two windows moves a jump does not say: both do.
     loud[1:] |= jumps
     loud[:-1] |= jumps
     return loud
+
+
+def _spread(values: Array) -> Array:
+    """Return the standard deviation about 0, from the median, which few large values do not move."""
+    return np.asarray(np.median(np.abs(values), axis=0) / 0.6745)
+
+
+def _loudness(noise: Array) -> Array:
+    """Return how many times the quiet percentile a window may have, by the scatter of the quietest windows."""
+    quietest, quiet = np.percentile(noise, [QUIETEST / 5.0, QUIETEST], axis=0)
+    normal = stats.norm.ppf([QUIETEST / 500.0, QUIETEST / 100.0])
+    ratio = np.where(quietest > 0.0, quiet / np.maximum(quietest, np.finfo(float).tiny), 1.0)
+    scatter = np.minimum(np.log(ratio) / (normal[1] - normal[0]), MOST_SCATTER)
+    return np.maximum(LOUD, np.exp((SCATTER - normal[1]) * scatter))
 
 
 def _spans(moving: npt.NDArray[np.bool_], window: float, duration: float) -> tuple[Span, ...]:

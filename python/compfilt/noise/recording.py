@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from compfilt.logs.check.claims import Claims, Triad, by_names, by_recipe
 from compfilt.logs.check.source import number_columns, read_chunks
@@ -158,10 +159,10 @@ def _longest_piece(times: Array, values: Array) -> tuple[slice, list[str]]:
     steps = np.diff(times)
     ahead = steps[steps > 0.0]
     usual = float(np.median(ahead)) if len(ahead) else np.inf
-    missing = ~np.isfinite(values).all(axis=1)
+    missing: npt.NDArray[np.bool_] = np.asarray(~np.isfinite(values).all(axis=1))
     breaks = (steps < 0.0) | (steps > GAP * usual)
     # A new piece begins after a break, and with every change between rows that are whole and rows that are not.
-    begins = np.flatnonzero(np.concatenate(([True], breaks | (missing[1:] != missing[:-1]), [True])))
+    begins = np.concatenate(([0], 1 + np.flatnonzero(breaks | (missing[1:] ^ missing[:-1])), [len(times)]))
     lengths = np.where(missing[begins[:-1]], 0, np.diff(begins))
     longest = int(lengths.argmax())
     rows = slice(int(begins[longest]), int(begins[longest + 1]))

@@ -88,4 +88,4 @@ def white_density(found: Spectrum, duration: float) -> npt.NDArray[np.float64]:
     freedom = degrees_of_freedom(duration, segment_length(found))
     # The median of a chi-square distribution lies below its mean (Wilson and Hilferty).
     middle = (1.0 - 2.0 / (9.0 * freedom)) ** 3
-    return np.sqrt(np.median(found.density[upper], axis=0) / middle / 2.0)
+    return np.asarray(np.sqrt(np.median(found.density[upper], axis=0) / middle / 2.0))

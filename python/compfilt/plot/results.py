@@ -1,6 +1,6 @@
 """Results as pictures."""
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +10,16 @@ from matplotlib.figure import Figure
 
 from compfilt._core import AttitudeEstimate
 from compfilt.angles import quaternion_to_angles
-from compfilt.plot.panels import draw_flags, draw_legend, draw_lines, draw_rest, set_flags, with_unit
+from compfilt.plot.bins import Bins
+from compfilt.plot.panels import REST, draw_flags, draw_lines, draw_rest, set_flags
+from compfilt.plot.sheet import AxesLike, axes_for, draw_legend, figure_of, with_unit
 
 __all__ = ["ENDINGS", "attitude", "result", "save"]
+
+Array = npt.NDArray[np.float64]
+
+BLOCK = 1 << 18
+"""How many samples are looked at together: memory does not grow with the length of a recording."""
 
 ENDINGS = (".png", ".pdf", ".svg")
 """The endings of the files that :func:`save` can write."""
@@ -23,9 +30,12 @@ def attitude(
     *,
     fs: float | None = None,
     t: npt.ArrayLike | None = None,
-    ax: Axes | Sequence[Axes] | None = None,
+    ax: AxesLike | None = None,
 ) -> Figure:
     """Draw roll, pitch, yaw and the gyro's bias in degrees, and where the body rests.
+
+    Long recordings stay fast: of each of some thousand stretches the least and the greatest value are drawn, so that
+    no spike is lost. A bar at the bottom tells where there is no value.
 
     Parameters
     ----------
@@ -59,42 +69,52 @@ def attitude(
     >>> [axes.get_ylabel() for axes in figure.axes]
     ['angle / deg', 'gyro bias / (deg/s)']
     """
-    angles = np.degrees(quaternion_to_angles(estimate.quaternion))
-    bias = np.degrees(estimate.gyro_bias.astype(np.float64))
-    x, label = _clock(len(angles), fs, t)
-    axes = _two_new_axes() if ax is None else list(np.ravel(np.array(ax, dtype=object)))
-    if len(axes) not in (1, 2):
-        raise ValueError(f"ax must be one or two axes, got {len(axes)}")
-    lines = dict(zip(("roll", "pitch", "yaw"), angles.T, strict=True))
-    draw_lines(axes[0], x, lines, "angle", "deg", wraps=True)
+    quaternion, bias, rest = estimate.quaternion, estimate.gyro_bias, estimate.at_rest
+    clock, label = _clock(len(quaternion), fs, t)
+    axes = axes_for(ax, (1, 2), (10.0, 6.0))
+    angles, biases = ("roll", "pitch", "yaw"), ("x", "y", "z")
+    bins = Bins((*angles, *biases))
+    for begin in range(0, len(quaternion), BLOCK):
+        rows = slice(begin, min(begin + BLOCK, len(quaternion)))
+        columns = np.hstack([quaternion_to_angles(quaternion[rows]), bias[rows].astype(np.float64)])
+        named = dict(zip((*angles, *biases), np.degrees(columns).T, strict=True))
+        bins.add(clock(rows), named, at_rest=rest[rows])
+    draw_lines(axes[0], bins, {name: name for name in angles}, "angle", "deg", wraps=True)
     for each in axes[1:]:
-        draw_lines(each, x, dict(zip("xyz", bias.T, strict=True)), "gyro bias", "deg/s")
+        draw_lines(each, bins, {name: name for name in biases}, "gyro bias", "deg/s")
     for i, each in enumerate(axes):
-        draw_rest(each, x, estimate.at_rest)
-        draw_legend(each, rest=i == 0)
+        draw_rest(each, bins)
+        draw_legend(each, without=[REST] if i else [])
     axes[-1].set_xlabel(label)
-    figure: Figure = axes[0].figure.figure
-    return figure
+    return figure_of(axes)
 
 
-def result(path: str | Path) -> Figure:
+def result(path: str | Path, *, ax: AxesLike | None = None) -> Figure:
     r"""Draw what ``compfilt run`` wrote: a panel for each kind of column, rest as shaded spans, flags as a rug.
 
     The horizontal axis is the column ``t`` or ``time`` if it was kept, otherwise the number of the row. Units are those that
     the file tells: a Parquet file does, a CSV does not. Needs the extra ``logs`` as well.
 
+    The file is read once, in little memory whatever its length. Of long results the least and the greatest value of each
+    of some thousand stretches are drawn, and every stretch with a flag, a rest or a missing value is marked: nothing
+    that lasts one sample is lost.
+
     Parameters
     ----------
     path
-        A CSV or Parquet file.
+        A CSV or Parquet file, or any other that recipes can read.
+    ax : Axes or several of them, optional
+        Where to draw, one for each panel. A new figure where it is left out.
 
     Returns
     -------
     Figure
-        One that no window shows; its ``savefig`` writes it.
+        What was drawn on. A new one is shown by no window; its ``savefig`` writes it.
 
     Raises
     ------
+    ValueError
+        There are not as many axes as panels.
     compfilt.logs.LogError
         The file cannot be read, or has none of the columns that a result has.
 
@@ -110,27 +130,26 @@ def result(path: str | Path) -> Figure:
     >>> [axes.get_ylabel() for axes in figure.axes]
     ['angle', 'flags']
     """
-    from compfilt.logs.results import read_result  # noqa: PLC0415 - the other pictures do not need Arrow
+    from compfilt.logs.results import open_result  # noqa: PLC0415 - the other pictures do not need Arrow
 
-    found = read_result(path)
-    shown = [] if found.flags is None else set_flags(found.flags)
+    with open_result(path) as found:
+        bins = Bins(name for group in found.groups for name in group.columns)
+        for block in found.blocks:
+            bins.add(block.time, block.columns, at_rest=block.at_rest, flags=block.flags)
     heights = [2.2] * len(found.groups)
-    if found.flags is not None or not found.groups:
-        heights.append(0.4 + 0.2 * max(len(shown), 1))
-    figure = Figure(figsize=(10.0, 0.8 + sum(heights)), layout="constrained")
-    axes = figure.subplots(len(heights), sharex=True, squeeze=False, height_ratios=heights)[:, 0]
+    if found.has_flags or not heights:
+        heights.append(0.4 + 0.2 * max(len(set_flags(bins.flags)), 1))
+    axes = _stacked(heights) if ax is None else axes_for(ax, [len(heights)])
     for each, group in zip(axes, found.groups, strict=False):
-        wraps = group.title == "angle"
-        draw_lines(each, found.time, group.columns, group.title, group.unit, wraps=wraps)
+        names = {name: name for name in group.columns}
+        draw_lines(each, bins, names, group.title, group.unit, wraps=group.title == "angle")
     if len(heights) > len(found.groups):
-        flags = np.zeros(found.time.size) if found.flags is None else found.flags
-        draw_flags(axes[-1], found.time, flags, shown)
+        draw_flags(axes[-1], bins)
     for i, each in enumerate(axes):
-        if found.at_rest is not None:
-            draw_rest(each, found.time, found.at_rest)
-        draw_legend(each, rest=i == 0)
+        draw_rest(each, bins)
+        draw_legend(each, without=[REST] if i else [])
     axes[-1].set_xlabel(with_unit(found.time_name, found.time_unit))
-    return figure
+    return figure_of(axes)
 
 
 def save(path: str | Path, out: str | Path | None = None, *, force: bool = False) -> Path:
@@ -182,22 +201,22 @@ def save(path: str | Path, out: str | Path | None = None, *, force: bool = False
     return target
 
 
-def _clock(samples: int, fs: float | None, t: npt.ArrayLike | None) -> tuple[npt.NDArray[np.float64], str]:
-    """Return the horizontal axis and its label."""
+def _clock(samples: int, fs: float | None, t: npt.ArrayLike | None) -> tuple[Callable[[slice], Array], str]:
+    """Return what tells the time of some of the rows, and its label."""
     if fs is not None and t is not None:
         raise ValueError("give fs in Hz or t in seconds, not both")
     if t is not None:
         times = np.asarray(t, np.float64)
         if times.shape != (samples,):
             raise ValueError(f"t must have the shape ({samples},), got {times.shape}")
-        return times, "time / s"
-    counted = np.arange(samples, dtype=np.float64)
-    return (counted, "sample") if fs is None else (counted / fs, "time / s")
+        return times.__getitem__, "time / s"
+    period = 1.0 if fs is None else 1.0 / fs
+    label = "sample" if fs is None else "time / s"
+    return lambda rows: np.arange(rows.start, rows.stop) * period, label
 
 
-def _two_new_axes() -> list[Axes]:
-    """Make a figure that a window or a notebook shows, if there is one."""
-    from matplotlib import pyplot as plt  # noqa: PLC0415 - only this needs windows
-
-    figure = plt.figure(figsize=(10.0, 6.0), layout="constrained")
-    return list(figure.subplots(2, sharex=True))
+def _stacked(heights: list[float]) -> list[Axes]:
+    """Make panels of these heights on a figure that no window shows: many may be written in one go."""
+    figure = Figure(figsize=(10.0, 0.8 + sum(heights)), layout="constrained")
+    axes = figure.subplots(len(heights), sharex=True, squeeze=False, height_ratios=heights)
+    return list(axes[:, 0])

@@ -27,7 +27,7 @@ def judge_delay(survey: Survey, seen: Comparison, force_factor: float) -> Iterat
         yield Finding("gyro delay", "unknown", "not looked for", why)
         return
     scale = 1.0 if seen.scale.claimed else seen.scale.factor
-    gyro = scale * head[:, survey.columns_of("gyro")] @ seen.mounting.gyro.T
+    gyro = scale * (head[:, survey.columns_of("gyro")] - seen.bias) @ seen.mounting.gyro.T
     force = force_factor * head[:, survey.columns_of("accelerometer")] @ seen.mounting.accelerometer.T
     try:
         delay = compfilt.find_gyro_delay(gyro, force, fs=1.0 / survey.period)

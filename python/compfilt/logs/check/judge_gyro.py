@@ -11,22 +11,36 @@ from compfilt.logs.check.mounting import Mounting, decide, mended
 from compfilt.logs.check.report import Finding, Level
 from compfilt.logs.check.rests import Rest
 from compfilt.logs.check.scale import GyroScale, read_scale
+from compfilt.logs.check.source import Array
 from compfilt.logs.check.survey import Survey
 from compfilt.logs.check.turning import SURE, Trial, try_mountings
 
 __all__ = ["Comparison", "compare", "judge_gyro"]
 
 WHO = {"accelerometer": "gravity", "magnetometer": "the magnetic field"}
+DISTURBED = 5.0
+"""Degrees by which the earth's field alone hardly misses itself: a gyro drifts by less in some seconds."""
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """The gyro held against each other sensor, and what follows."""
+    """The gyro held against each other sensor, and what follows.
+
+    Attributes
+    ----------
+    trials
+        What came of it, by the other sensor's name.
+    scale, mounting, carried
+        What follows from the trials.
+    bias
+        (3,) what the gyro reads at rest, in the claimed unit and axes; 0 where there is no rest.
+    """
 
     trials: dict[str, tuple[Trial, Fit]]
     scale: GyroScale
     mounting: Mounting
     carried: Carried | None
+    bias: Array
 
     @property
     def trusted(self) -> bool:
@@ -67,7 +81,7 @@ def compare(survey: Survey, rests: list[Rest]) -> Comparison:
         matrix = gravity.scale * float(np.linalg.det(force)) * force.T @ mounting.gyro
         carried = carry_between_rests(survey, rests, bias, matrix)
     found = read_scale(survey, list(trials.values()), carried.scale if carried is not None else None)
-    return Comparison(trials, found, mounting, carried)
+    return Comparison(trials, found, mounting, carried, bias)
 
 
 def _typical(means: list[np.ndarray]) -> np.ndarray:
@@ -162,10 +176,11 @@ def _axes(survey: Survey, seen: Comparison) -> Iterator[Finding]:
                 f"gyro and {sensor} agree",
                 f"{_number(sensor, trial)}; every other of 48 ways is worse",
             )
-        elif sensor == "accelerometer":
-            yield Finding(
-                "axes", "unknown", f"gyro and {sensor}: {_left_open(trial)}", _number(sensor, trial)
-            )
+        else:
+            why = _number(sensor, trial)
+            if sensor == "magnetometer" and trial.angle > DISTURBED:
+                why += "; a field that misses itself by so much is not the earth's alone: iron or a magnet near the sensor?"
+            yield Finding("axes", "unknown", f"gyro and {sensor}: {_left_open(trial)}", why)
     if gravity is None:
         yield Finding("axes", "unknown", "the accelerometer cannot be compared with the gyro")
 

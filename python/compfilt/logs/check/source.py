@@ -42,7 +42,7 @@ def number_columns(path: str | Path) -> list[Column]:
         numbers = pa.types.is_integer(item.type) or pa.types.is_floating(item.type)
         if numbers and schema.names.count(item.name) == 1:
             unit = (item.metadata or {}).get(b"unit")
-            found.append(Column(item.name, unit.decode() if unit else None))
+            found.append(Column(item.name, unit.decode(errors="replace") if unit else None))
     return found
 
 

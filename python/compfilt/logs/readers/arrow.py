@@ -15,6 +15,7 @@ from compfilt.logs.readers.base import (
     check_kinds,
     check_present,
     plain_errors,
+    plain_names,
     rows_or_truncated,
 )
 
@@ -28,6 +29,8 @@ def read_columns(path: Path) -> pa.Schema:
     """Read which columns a file has."""
     with _source(path) as source:
         schema: pa.Schema = _stream(source).schema
+        with plain_names():
+            schema.names  # noqa: B018 - Arrow looks at the names only when they are asked for
         return schema
 
 
@@ -40,7 +43,7 @@ def open_reader(path: Path, columns: Columns, _batch_bytes: int, batch_rows: int
     """
     with _source(path) as source:
         held = _stream(source).schema
-        with plain_errors(UnicodeDecodeError):
+        with plain_names():
             names = held.names
         check_present(names, columns.all)
         check_kinds(held, columns)

@@ -48,6 +48,23 @@ BROKEN = (Exception,)
 TIMES = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
 """The types that are read as one column."""
 
+BEGINS = {b"#ROSBAG V": ".bag", b"SQLite format 3\0": ".db3", b"\x89MCAP0\r\n": ".mcap"}
+"""How bags begin, and the endings by which rosbags knows them."""
+
+
+_SystemPath: Any = type(Path())
+"""Before Python 3.12 only the class of this system can have classes below it."""
+
+
+class _BagPath(_SystemPath):  # type: ignore[misc]
+    """A path with the ending that rosbags asks for, whatever the file is called."""
+
+    ending = ""
+
+    @property
+    def suffix(self) -> str:
+        return self.ending
+
 
 class _Field(NamedTuple):
     """A field of a message, or of a message within it."""
@@ -72,7 +89,7 @@ def read_columns(path: Path) -> pa.Schema:
 def open_reader(path: Path, columns: Columns, _batch_bytes: int, batch_rows: int) -> Iterator[LogReader]:
     """Open a bag; its messages are read in the order in which they were recorded."""
     topic = _one_topic(columns)
-    cut = path.suffix.lower() == ".mcap" and is_cut(path)
+    cut = _is_cut_mcap(path)
     with _opened(path) as bag:
         connections = [connection for connection in bag.connections if connection.topic == topic]
         if not connections:
@@ -145,15 +162,18 @@ def _batch(rows: list[tuple[Any, ...]], schema: pa.Schema) -> pa.RecordBatch:
 @contextlib.contextmanager
 def _opened(path: Path) -> Iterator[AnyReader]:
     shown: Any = path
-    if path.suffix.lower() == ".mcap" and is_cut(path):
+    if _is_cut_mcap(path):
         shown = MendedMcap(path)
+    elif not path.is_dir():
+        shown = _BagPath(path)
+        shown.ending = _ending(path)
     with plain_errors(*BROKEN):
         # Bags of older releases of ROS 2 do not hold the types of their messages.
         bag = AnyReader([shown], default_typestore=get_typestore(Stores.LATEST))
         try:
             bag.open()
         except AnyReaderError as error:
-            if path.suffix.lower() == ".bag" and "index" in str(error):
+            if shown.suffix == ".bag" and "index" in str(error):
                 raise LogError(
                     f"the bag has no index, or a damaged one: {reason(error)}; rosbag reindex makes it anew"
                 ) from None
@@ -162,6 +182,18 @@ def _opened(path: Path) -> Iterator[AnyReader]:
         yield bag
     finally:
         bag.close()
+
+
+def _ending(path: Path) -> str:
+    """Return the ending that a bag should have: by its first bytes, or where these are damaged by the one it has."""
+    with plain_errors(), path.open("rb") as file:
+        begins = file.read(16)
+    told = (ending for magic, ending in BEGINS.items() if begins.startswith(magic))
+    return next(told, path.suffix.lower())
+
+
+def _is_cut_mcap(path: Path) -> bool:
+    return not path.is_dir() and _ending(path) == ".mcap" and is_cut(path)
 
 
 def _one_topic(columns: Columns) -> str:

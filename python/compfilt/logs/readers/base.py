@@ -21,6 +21,7 @@ __all__ = [
     "check_rows",
     "is_time",
     "plain_errors",
+    "plain_names",
     "pyarrow_type",
     "reason",
     "rows_or_truncated",
@@ -199,6 +200,15 @@ def plain_errors(*kinds: type[Exception]) -> Iterator[None]:
         raise
     except _broken(kinds) as error:
         raise LogError(f"the file is damaged or of another kind: {reason(error)}") from None
+
+
+@contextlib.contextmanager
+def plain_names() -> Iterator[None]:
+    """Turn the error about the name of a column that is no text into a sentence about this log."""
+    try:
+        yield
+    except UnicodeDecodeError:
+        raise LogError("the name of a column is not a text in UTF-8") from None
 
 
 def rows_or_truncated(

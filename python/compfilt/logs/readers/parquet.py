@@ -16,6 +16,7 @@ from compfilt.logs.readers.base import (
     check_present,
     check_rows,
     plain_errors,
+    plain_names,
     rows_or_truncated,
 )
 
@@ -24,19 +25,19 @@ __all__ = ["open_reader", "read_columns"]
 
 def read_columns(path: Path) -> pa.Schema:
     """Read which columns a file has."""
-    with plain_errors(UnicodeDecodeError), pa.parquet.ParquetFile(path, pre_buffer=False) as file:
+    with plain_errors(), plain_names(), pa.parquet.ParquetFile(path, pre_buffer=False) as file:
         return file.schema_arrow
 
 
 @contextlib.contextmanager
 def open_reader(path: Path, columns: Columns, _batch_bytes: int, batch_rows: int) -> Iterator[LogReader]:
     """Open a file. Without its end, where the index stands, nothing of it can be read."""
-    with plain_errors(UnicodeDecodeError):
+    with plain_errors(), plain_names():
         # A buffer and no prefetch: a row group may be as large as the file.
         file = pa.parquet.ParquetFile(path, buffer_size=1 << 20, pre_buffer=False)
     with file:
         held = file.schema_arrow
-        with plain_errors(UnicodeDecodeError):
+        with plain_names():
             names = held.names
         check_present(names, columns.all)
         check_kinds(held, columns)
