@@ -105,6 +105,12 @@ def test_from_recordings(compfilt, tmp_path):
             ["--recording", "a.csv", "--recipe", "a.toml", "--truth", "roll"],
             "a.toml: the recipe cannot be read",
         ),
+        (
+            ["--recording", "a.csv", "--recipe", "a.toml", "--truth", "roll=a", "--fs", "9"],
+            "--recording goes with no noise",
+        ),
+        (["--cutoff", "1", "--fs", "100"], "belong together"),
+        (["--cutoff", "1", *NOISE], "belong together"),
         ([*NOISE, "--order", "2"], "--fs is needed"),
         ([*NOISE, "--fs", "0"], "fs must be"),
         ([*NOISE, "--noise", "noise.json"], "give one or the other"),

@@ -6,7 +6,7 @@ import pytest
 
 import compfilt as cf
 from compfilt import simulate
-from compfilt.design import LinearRecording, TiltRecording, from_recordings
+from compfilt.design import AttitudeRecording, LinearRecording, TiltRecording, from_recordings
 from compfilt.design.log import LogRecording, from_logs
 from compfilt.logs.errors import LogError, UsageError
 from compfilt.logs.recipe import parse_recipe
@@ -106,6 +106,32 @@ def test_tilt():
     angles = cf.TiltFilter(chosen.design).estimate(gyro, acc, fs=FS).angles
     expected = np.sqrt(np.mean((angles - truth) ** 2))
     assert dict(chosen.measured)["error on the recordings (RMS)"] == pytest.approx(expected, rel=1e-9)
+
+
+def attitude(*, truth):
+    """Two minutes of a seat that leans, with the accelerations of the road."""
+    log = seat(duration=120.0)
+    roll, pitch = np.radians(log["true_roll"]), np.radians(log["true_pitch"])
+    up = np.column_stack([-np.sin(pitch), np.cos(pitch) * np.sin(roll), np.cos(pitch) * np.cos(roll)])
+    gyro = np.radians(np.column_stack([log[name] for name in ("gx", "gy", "gz")]))
+    acc = 9.80665 * np.column_stack([log[name] for name in ("ax", "ay", "az")])
+    return AttitudeRecording(gyro, acc, FS, up if truth else None, log["t"] > 10.0)
+
+
+def test_attitude_with_truth_and_without():
+    """The offline estimate chooses nearly what the truth chooses, and the error is the angle between the verticals."""
+    true = attitude(truth=True)
+    best, chosen = (
+        from_recordings([each], kind="pi", folds=2).design for each in (true, attitude(truth=False))
+    )
+    assert rms_known(chosen, true) < 1.1 * rms_known(best, true)
+    up = cf.Mahony.from_design(best).estimate(true.gyro, true.acc, fs=FS).up
+    angle = np.arccos(np.clip(np.sum(up * true.up, axis=1), -1.0, 1.0))[true.counts]
+    assert rms_known(best, true) == pytest.approx(np.sqrt(np.mean(angle**2)), rel=1e-6)
+
+
+def rms_known(design, recording):
+    return np.sqrt(np.nanmean(recording.squared_errors(design)))
 
 
 RECIPE = """

@@ -111,6 +111,13 @@ def design(
             )
         if len({bool(recording), recipe is not None, bool(truth)}) > 1:
             raise UsageError("--recording, --recipe and --truth belong together")
+        noisy = measurement_noise is not None or noise is not None
+        if recording and (noisy or derivative_noise or walk or bias or fs is not None):
+            raise UsageError("--recording goes with no noise and no --fs: the errors on the recordings count")
+        if wanted and noise is None and noisy != (fs is not None):
+            raise UsageError(
+                "--measurement-noise and --fs belong together: both are needed to predict the error"
+            )
         shape: Shape = {"order": order, "split": split, "derivative_order": derivative_order}
         unit = ""
         try:

@@ -12,7 +12,14 @@ from compfilt.design.assess import assess
 from compfilt.design.densities import from_densities
 from compfilt.design.observer import luenberger, observer_poles
 from compfilt.design.prediction import Prediction, predict
-from compfilt.design.recording import LinearRecording, Recording, TiltRecording, from_recordings
+from compfilt.design.recording import (
+    AttitudeRecording,
+    LinearRecording,
+    Recording,
+    TiltRecording,
+    from_recordings,
+)
+from compfilt.design.residual import check_residual, residual_sigma
 from compfilt.design.result import Designed
 from compfilt.design.sensitivity import GainSensitivity
 from compfilt.design.spectra import from_spectra
@@ -20,6 +27,7 @@ from compfilt.design.speed import bias_time, cutoff, settling_time
 from compfilt.design.targets import from_bias_time, from_cutoff, from_settling_time
 
 __all__ = [
+    "AttitudeRecording",
     "Designed",
     "GainSensitivity",
     "LinearRecording",
@@ -28,6 +36,7 @@ __all__ = [
     "TiltRecording",
     "assess",
     "bias_time",
+    "check_residual",
     "cutoff",
     "from_bias_time",
     "from_cutoff",
@@ -38,5 +47,6 @@ __all__ = [
     "luenberger",
     "observer_poles",
     "predict",
+    "residual_sigma",
     "settling_time",
 ]

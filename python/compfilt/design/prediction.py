@@ -11,7 +11,7 @@ from compfilt._core import LinearFilter
 from compfilt.design.running import Rule, Running
 from compfilt.design.source import BANDS, Noise, Source, as_source, positive
 
-__all__ = ["NoiseModel", "Prediction", "predict"]
+__all__ = ["NoiseModel", "Prediction", "deviation", "grid", "integral", "predict"]
 
 Array = npt.NDArray[np.float64]
 
@@ -68,8 +68,8 @@ class NoiseModel:
             if density
         )
         parts = {
-            "measurement": _deviation(running, self.measurement, 0),
-            "derivative": _deviation(running, self.derivative, 1),
+            "measurement": deviation(running, self.measurement, 0),
+            "derivative": deviation(running, self.derivative, 1),
             "walk": float(np.sqrt(walk)),
             "bias": abs(self.bias * running.left_of_bias()),
         }
@@ -150,23 +150,27 @@ def predict(
     return NoiseModel.of(measurement, derivative, walk, bias).predict(design, rate, rule)
 
 
-def _deviation(running: Running, source: Source, which: int) -> float:
+def deviation(running: Running, source: Source, which: int) -> float:
     """Return what the noise of the measurement (0) or of the derivative (1) leaves in the estimate."""
-    fs = running.fs
     if source.frequency is None:
-        return source.white * float(np.sqrt(fs * running.variance((running.B_y, running.B_u)[which])))
-    frequency = _grid(running, source.frequency)
-    response = running.responses(frequency)[which]
-    return float(np.sqrt(2.0 * trapezoid(np.abs(response) ** 2 * source.power_at(frequency), frequency)))
+        enters = (running.B_y, running.B_u)[which]
+        return source.white * float(np.sqrt(running.fs * running.variance(enters)))
+    frequency = grid(running, source.frequency)
+    return float(np.sqrt(integral(running.responses(frequency)[which], source, frequency)))
 
 
-def _grid(running: Running, measured: Array) -> Array:
+def integral(response: npt.NDArray[np.complex128], source: Source, frequency: Array) -> float:
+    """Return the variance that a noise has behind a response, over both sides of the spectrum."""
+    return float(2.0 * trapezoid(np.abs(response) ** 2 * source.power_at(frequency), frequency))
+
+
+def grid(running: Running, measured: Array) -> Array:
     """Return frequencies from far below the filter's slowest pole to half the sample rate."""
     highest = 0.5 * running.fs
     slowest = float(np.abs(running.design.poles).min()) / (2.0 * np.pi)
     lowest = min(1e-3 * slowest, 0.1 * highest)
     points = int(BANDS * np.log10(highest / lowest)) + 2
-    grid = np.union1d(
+    frequency = np.union1d(
         np.geomspace(lowest, highest, points), measured[(measured > lowest) & (measured < highest)]
     )
-    return np.concatenate(([0.0], grid))
+    return np.concatenate(([0.0], frequency))

@@ -90,6 +90,10 @@ class Running:
         covariance = solve_discrete_lyapunov(self.A, np.outer(enters, enters), method="direct")
         return max(float(covariance[0, 0]), 0.0)
 
+    def residual_variance(self) -> float:
+        """Return the variance of measurement minus estimate when the measurement has noise of variance 1 a sample."""
+        return 1.0 + self.variance(self.B_y) - 2.0 * float(self.B_y[0])
+
     def variance_of_walk(self, times: int) -> float:
         """Return the variance of the estimate when white noise of density 1, integrated `times` times, is added to u.
 
