@@ -12,7 +12,7 @@ EXTENSION := $(VENV)/.extension
 BENCH := $(VENV)/.bench
 SITE := $(VENV)/.site
 LARGEST := 1e7
-GALLERY := $(notdir $(patsubst %/reproduce.py,%,$(wildcard examples/*/reproduce.py)))
+GALLERY := $(patsubst examples/%/reproduce.py,%,$(wildcard examples/*/reproduce.py))
 
 .PHONY: help develop demo examples test test-rust test-python test-firmware firmware firmware-c lint format instructions docs bench bench-rust bench-python cost fuzz vectors wheel clean
 .DEFAULT_GOAL := help

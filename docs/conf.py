@@ -36,13 +36,14 @@ myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
 
 napoleon_google_docstring = False
+napoleon_use_param = False  # types are words, such as "array_like, shape (n,)", and no names to link
 napoleon_use_rtype = False
 napoleon_use_ivar = True
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the docstrings have them in words, with shapes
 nitpicky = True
-# The types in docstrings are words, such as "array_like": of them only our own names are links.
-nitpick_ignore_regex = [("py:class", r"(?!compfilt\.).*")]
+# Types of the standard library and NumPy, and modules of our own that have no page.
+nitpick_ignore_regex = [("py:class", r"(?!compfilt\.).*"), ("py:mod", r"compfilt\..*")]
 
 html_theme = "furo"
 html_title = f"compfilt {release}"
