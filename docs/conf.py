@@ -7,7 +7,7 @@ import compfilt
 
 sys.path.insert(0, str(Path(__file__).parent))
 from figures import use_figures_of_this_build
-from numpydoc_text import plain_text
+from numpydoc_text import plain_text, words_are_no_names
 
 project = "compfilt"
 author = "the authors of compfilt"
@@ -36,7 +36,6 @@ myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
 
 napoleon_google_docstring = False
-napoleon_use_param = False  # types are words, such as "array_like, shape (n,)", and no names to link
 napoleon_use_rtype = False
 napoleon_use_ivar = True
 autodoc_member_order = "bysource"
@@ -54,6 +53,7 @@ copybutton_prompt_text = ">>> "
 
 
 def setup(app: object) -> None:
-    """Connect what the two helpers do."""
+    """Connect what the helpers do."""
     app.connect("doctree-read", use_figures_of_this_build)
+    app.connect("doctree-read", words_are_no_names)
     app.connect("autodoc-process-docstring", plain_text)
