@@ -14,7 +14,7 @@ SITE := $(VENV)/.site
 LARGEST := 1e7
 GALLERY := $(patsubst examples/%/reproduce.py,%,$(wildcard examples/*/reproduce.py))
 
-.PHONY: help develop demo examples test test-rust test-python test-firmware firmware firmware-c lint format instructions docs bench bench-rust bench-python cost fuzz vectors wheel clean
+.PHONY: help develop demo examples test test-rust test-python test-firmware firmware firmware-c lint format instructions docs bench bench-rust bench-python cost fuzz audit vectors wheel clean
 .DEFAULT_GOAL := help
 
 help: ## This list
@@ -106,6 +106,10 @@ cost: $(BENCH) ## Time and memory against size: benches/results/cost.csv and cos
 fuzz: $(EXTENSION) ## Ten minutes each of recipes and CSV logs that nobody would write; what reaches new code goes into tests/corpus
 	$(BIN)/python -m pip install --quiet --requirement requirements/fuzz.txt
 	set -e; for path in recipe csv; do $(BIN)/python scripts/fuzz.py $$path --seconds 600; done
+
+audit: $(PACKAGES) ## Licences, sources and known vulnerabilities of what is depended on; says which databases it cannot reach
+	$(BIN)/python -m pip install --quiet --requirement requirements/audit.txt
+	sh scripts/audit.sh $(BIN)/python
 
 vectors: $(PACKAGES) ## Make the reference vectors anew
 	$(BIN)/python tests/vectors/make.py

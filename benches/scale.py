@@ -183,7 +183,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory(dir=arguments.folder) as name, ExitStack() as stack:
         folder = Path(name)
         log = folder / "log.parquet"
-        make_log(log, arguments.rows)
+        if arguments.only != ["many"]:
+            make_log(log, arguments.rows)
         if "many" in arguments.only:
             logs = [folder / f"{number}.parquet" for number in range(arguments.logs)]
             for path in logs:

@@ -7,7 +7,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from hypothesis import given
+from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 import check
@@ -20,7 +20,8 @@ from compfilt.logs.check import source as source_module
 from compfilt.logs.check.channels import Channels
 from compfilt.logs.check.claims import by_names
 from compfilt.logs.check.fit import fit
-from compfilt.logs.check.mounting import decide, mended, toml_text, turned_columns
+from compfilt.logs.check.lines import mended, toml_text, turned_columns
+from compfilt.logs.check.mounting import decide
 from compfilt.logs.check.segments import Slicer
 from compfilt.logs.check.source import Column, number_columns
 from compfilt.logs.check.times import Times, likely_unit
@@ -130,6 +131,60 @@ def test_the_proposed_recipe_runs(log, tmp_path):
 
 def read(path, name):
     return pq.read_table(path)[name].to_numpy()
+
+
+TOLD = [
+    (pa.timestamp("us"), 1e6),
+    (pa.timestamp("ns", "UTC"), 1e9),
+    (pa.duration("ms"), 1e3),
+    (pa.uint64(), 1e6),
+]
+
+
+@pytest.mark.parametrize(("kind", "ticks"), TOLD, ids=[str(kind) for kind, _ in TOLD])
+def test_the_log_tells_the_unit_of_its_times(log, tmp_path, kind, ticks):
+    """By their type or the metadata; whatever the column is called, and even if its first row is empty."""
+    unit = {1e3: "ms", 1e6: "us", 1e9: "ns"}[ticks]
+    counted = np.round(ticks * (log["t"] + (1.7e9 if ticks < 1e9 else 1.7e8))).astype(np.int64)
+    times = pa.array(counted.tolist()[:1000]).cast(kind)
+    times = pa.concat_arrays([pa.nulls(1, kind), times.slice(1)])
+    fields = [pa.field("when", kind, metadata={"unit": unit} if kind == pa.uint64() else None)]
+    fields += [pa.field(name, pa.float64()) for name in (*GYRO, *FORCE)]
+    table = pa.table([times, *(log[name][:1000] for name in (*GYRO, *FORCE))], schema=pa.schema(fields))
+    pq.write_table(table, tmp_path / "log.parquet")
+    clock = 'time = {{ column = "when"{unit} }}'
+    for claimed, topics in (("", ["time"]), (', unit = "s"', ["time unit", "time"])):
+        recipe = check.RECIPE.format(clock=clock.format(unit=claimed), magnetometer="")
+        report = check_log(tmp_path / "log.parquet", parse_recipe(recipe))
+        assert [finding.topic for finding in report.wrong] == topics
+        assert report.about("time")[0].what == "1 rows have no time"
+    (finding,) = report.about("time unit")
+    assert finding.what == f"the times are in {unit}, not in s"
+    assert "the log tells its unit itself" in finding.evidence
+    assert parse_recipe(recipe.replace(clock.format(unit=claimed), finding.fix)).clock.unit.name == unit
+    if kind != pa.uint64():
+        guessed = check_log(tmp_path / "log.parquet")
+        assert guessed.about("rate")[0].what == f"100 Hz, time in {unit}"
+
+
+def test_times_of_a_type_that_cannot_be(log, tmp_path):
+    """Milliseconds that were written down as nanoseconds: no recipe may say so, the column must be written anew."""
+    times = pa.array(np.round(1e3 * log["t"]).astype(np.int64)).cast(pa.timestamp("ns"))
+    pq.write_table(
+        pa.table({"t": times, **{name: log[name] for name in (*GYRO, *FORCE)}}), tmp_path / "log.parquet"
+    )
+    (finding,) = check_log(tmp_path / "log.parquet").wrong
+    assert (finding.what, finding.fix) == ("the times are in ms, not in ns", "")
+    assert "no recipe may say another" in finding.evidence
+
+
+def test_unsigned_times_may_go_back_before_the_first(log, tmp_path):
+    ticks = np.round(1e6 * log["t"]).astype(np.uint64) + np.uint64(2**63)
+    ticks[500:600] -= np.uint64(10**7)
+    columns = {"t": pa.array(ticks), **{name: log[name] for name in (*GYRO, *FORCE)}}
+    pq.write_table(pa.table(columns), tmp_path / "log.parquet")
+    report = check_log(tmp_path / "log.parquet")
+    assert report.about("backwards time")[0].what == 'column "t" runs backwards once, by up to 9.99e+06 us'
 
 
 def test_columns_without_names_are_found_by_what_they_do(log, tmp_path):
@@ -433,6 +488,16 @@ def test_numbers_only(tmp_path):
     assert [column.name for column in number_columns(tmp_path / "log.csv")] == ["t", "ax"]
 
 
+def test_the_separator_of_the_recipe(log, tmp_path):
+    names = ("t", *GYRO, *FORCE)
+    rows = "\n".join(
+        ";".join(map(repr, row)) for row in np.column_stack([log[name][:1000] for name in names]).tolist()
+    )
+    (tmp_path / "log.csv").write_text(";".join(names) + "\n" + rows + "\n", encoding="utf-8")
+    recipe = check.RECIPE.format(clock=f'separator = ";"\n{check.TIME}', magnetometer="")
+    assert check_log(tmp_path / "log.csv", parse_recipe(recipe)).rows == 1000
+
+
 def test_an_accelerometer_that_reads_nothing(log, tmp_path):
     path = save(log | {name: np.zeros(len(log["t"])) for name in FORCE}, tmp_path / "zero.parquet")
     report = check_log(path)
@@ -445,7 +510,9 @@ def test_a_short_log_is_said_to_be_too_short(tmp_path):
     path = save({name: values[100:400] for name, values in handled(6.0).items()}, tmp_path / "short.parquet")
     report = check_log(path, parse_recipe(check.RECIPE.format(clock=check.TIME, magnetometer="")))
     for topic in ("direction of gravity", "accelerometer unit"):
-        assert [(found.level, found.what) for found in report.about(topic)] == [("unknown", "the log is too short")]
+        assert [(found.level, found.what) for found in report.about(topic)] == [
+            ("unknown", "the log is too short")
+        ]
 
 
 @given(st.lists(st.integers(0, 9), max_size=6), st.integers(1, 8))
@@ -463,6 +530,32 @@ def test_chunks_do_not_depend_on_the_batches(sizes, rows):
 @given(st.text(st.characters(exclude_categories=["Cs"]), min_size=1))
 def test_names_are_escaped_in_a_recipe(name):
     assert pytest.importorskip("tomllib").loads(f"x = {toml_text(name)}") == {"x": name}
+
+
+NAMES = st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=8)
+
+
+@settings(max_examples=10, phases=[Phase.explicit, Phase.generate])
+@given(st.lists(NAMES, min_size=7, max_size=7, unique=True))
+def test_every_proposed_line_is_toml(log, tmp_path_factory, names):
+    """Whatever the columns are called, a line that is proposed is read as these names."""
+    clean = {name: values[:1200] for name, values in log.items()}
+    spoilt = check.scaled(("t",), 1e3)(check.scaled(FORCE, 1 / 9.81)(clean)) | {"gz": 0.0 * clean["t"]}
+    columns = dict(zip(("t", *GYRO, *FORCE), names, strict=True))
+    path = save(
+        {columns[name]: spoilt[name] for name in columns}, tmp_path_factory.mktemp("log") / "log.parquet"
+    )
+    text = check.RECIPE.format(clock=check.TIME, magnetometer="")
+    for name, other in columns.items():
+        text = text.replace(f'"{name}"', toml_text(other))
+    report = check_log(path, parse_recipe(text))
+    lines = [line for finding in report.findings for line in finding.fix.splitlines() if "column" in line]
+    assert {line.split(" = ")[0] for line in lines} >= {"time", "accelerometer"}
+    for line in lines:
+        (said,) = pytest.importorskip("tomllib").loads(line).values()
+        assert set(said.get("columns", [said.get("column")])) <= set(names)
+    for printed in str(report).splitlines():
+        assert printed.isprintable()
 
 
 def test_long_names_are_not_guessed_from():

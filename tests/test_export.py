@@ -347,6 +347,13 @@ def test_rust_gives_the_same_bits(tmp_path):
     assert words == wanted | {"rate": rate_expected()}
 
 
+@pytest.mark.parametrize("language", ["rust", "c"])
+def test_a_recipes_name_cannot_end_the_comment(language):
+    recipe = replace(linear(IN_C["pi"]), source="some/x\n#error\r\u2028*.toml")
+    heading = export_recipe(recipe, language, fs=100.0).splitlines()[:3]
+    assert any(r"from x\n#error\r\u2028*.toml: do not" in line for line in heading)
+
+
 def test_the_source_says_where_it_comes_from():
     source = export_recipe(linear(IN_C["first_order"]), "rust", fs=100.0)
     heading = source.splitlines()[:3]

@@ -1,5 +1,7 @@
 """Replays: a device's recording against the same filter, to the bit."""
 
+import gzip
+
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
@@ -48,16 +50,17 @@ def recorded(rows=500):
     return {"y": y, "u": u, "estimate": np.array(angle), "bias": np.array(bias), "flags": np.array(flags)}
 
 
-def written(path, columns, form):
+def written(path, columns, form, separator=","):
     """Write a trace as decimals, as bits, or as Parquet."""
     if form == "parquet":
         pyarrow.parquet.write_table(pa.table({**columns, "flags": columns["flags"].astype(np.uint8)}), path)
         return path
-    lines = [",".join(columns)]
+    lines = [separator.join(columns)]
     for row in zip(*columns.values(), strict=True):
         fields = [form(value) if isinstance(value, np.float32) else str(value) for value in row]
-        lines.append(",".join(fields))
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        lines.append(separator.join(fields))
+    content = ("\n".join(lines) + "\n").encode()
+    path.write_bytes(gzip.compress(content) if path.suffix == ".gz" else content)
     return path
 
 
@@ -70,6 +73,32 @@ def test_the_same_bits(tmp_path, name, form):
     replay = replay_trace(parse_recipe(RECIPE), written(tmp_path / name, recorded(), form))
     assert (replay.rows, replay.columns, replay.differences) == (500, ("estimate", "bias", "flags"), ())
     assert replay.lines() == ["500 samples of estimate, bias, flags: the same bits"]
+
+
+@pytest.mark.parametrize(
+    ("name", "separator", "log"),
+    [
+        ("a.tsv", "\t", ""),
+        ("a.csv.gz", ",", ""),
+        ("a.TSV.gz", "\t", ""),
+        ("a.csv", ";", 'separator = ";"'),
+        ("a.tsv", "|", 'separator = "|"'),
+    ],
+)
+@pytest.mark.parametrize("form", [str, bits], ids=["decimal", "bits"])
+def test_a_text_is_read_as_by_runs(tmp_path, name, separator, log, form):
+    columns = recorded(100)
+    columns["bias"][50] = 7.0
+    recipe = parse_recipe(RECIPE.replace("[log]", f"[log]\n{log}"))
+    (difference,) = replay_trace(recipe, written(tmp_path / name, columns, form, separator)).differences
+    assert (difference.row, difference.column, difference.found) == (51, "bias", np.float32(7.0))
+
+
+def test_a_trace_that_is_cut_is_named(tmp_path):
+    trace = written(tmp_path / "device.csv", recorded(100), bits)
+    trace.write_bytes(trace.read_bytes()[:-30])
+    with pytest.raises(LogError, match="the log cannot be read from row 100 on: its last row has"):
+        replay_trace(parse_recipe(RECIPE), trace)
 
 
 def test_where_they_part(tmp_path):

@@ -45,23 +45,30 @@ def linear() -> None:
     gyro = y.copy()
     y[np.arange(SAMPLES) % 97 == 50] = np.nan
     third_order = cf.ThirdOrder(tau=1.0)
-    designs = {
+    designs: dict[str, cf.LinearFilter] = {
         "first_order": cf.FirstOrder(tau=0.5),
         "pi": cf.PiForm(kp=2.0, ki=1.0),
         "butterworth": cf.Butterworth(omega0=2.0, q=0.75),
         "third_order": third_order,
+        "third_order_from_gains": cf.ThirdOrder.from_gains(3.0, 2.5, 0.5),
     }
     for name, design in designs.items():
         estimate = design.estimate(y, u, fs=FS)
         report(name, np.ascontiguousarray(estimate.levels.T), estimate.flags)
-    stream = third_order.stream(fs=FS, dtype=np.float32, initial=0.0)
+    for order, design in enumerate((designs["first_order"], designs["pi"], third_order), start=1):
+        report(f"two_rates_{order}", two_rates(design, y, u))
+    report("rate", cf.RateFilter(tau=0.5).filter(gyro, u, fs=FS, initial=0.25))
+
+
+def two_rates(design: cf.LinearFilter, y: Values, u: Values) -> Values:
+    """Predict with every input, and correct by every fifth measurement; level 0."""
+    stream = design.stream(fs=FS, dtype=np.float32, initial=0.5)
     levels = []
     for sample in range(SAMPLES):
         levels.append(stream.predict(u[sample]))
         if sample % 5 == 4:
             levels[-1] = stream.correct(y[sample])
-    report("two_rates", np.array(levels, np.float32))
-    report("rate", cf.RateFilter(tau=0.5).filter(gyro, u, fs=FS, initial=0.25))
+    return np.array(levels, np.float32)
 
 
 def attitude() -> None:
@@ -74,6 +81,14 @@ def attitude() -> None:
     mag[:, 1] += np.float32(1)
     samples = np.arange(SAMPLES)
     acc[(samples % 97 == 50) & (samples >= STILL), 0] = np.nan
+    for name, design, axes in (
+        ("first_order", cf.FirstOrder(tau=0.5), "flu"),
+        ("pi", cf.PiForm(kp=2.0, ki=1.0), "flu"),
+        ("frd", cf.PiForm(kp=2.0, ki=1.0), "frd"),
+        ("cube", cf.PiForm(kp=2.0, ki=1.0), "cube"),
+    ):
+        tilt = cf.TiltFilter(design, axes=axes).estimate(gyr, acc, fs=FS)
+        report(f"tilt_{name}", tilt.angles, tilt.flags)
     mahony = cf.Mahony(kp=1.0, ki=0.25).estimate(gyr, acc, fs=FS, mag=mag)
     report("mahony", mahony.quaternion, mahony.gyro_bias, mahony.flags)
     gravity = cf.GravityFilter().estimate(gyr, acc, fs=FS, mag=mag)
@@ -88,3 +103,4 @@ if __name__ == "__main__":
     linear()
     attitude()
     print("refused 00000001 00000002 00000003 00000002 00000004")
+    print("untouched 00000000")

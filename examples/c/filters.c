@@ -111,24 +111,29 @@ LINEAR(1)
 LINEAR(2)
 LINEAR(3)
 
-/* A position at a fifth of the rate of the acceleration: predictions, and corrections for all the time since the last. */
-static void run_two_rates(const CompfiltFilter3 *filter) {
-  CompfiltState3 state;
-  CompfiltStatus status = compfilt_start_3_at(&state, 0.0f);
-  restart();
-  for (int sample = 0; sample < SAMPLES && status == COMPFILT_STATUS_OK; sample++) {
-    float y, u;
-    two(sample, &y, &u);
-    status = compfilt_predict_3(filter, &state, u, NULL);
-    if (sample % 5 == 4 && status == COMPFILT_STATUS_OK)
-      status = compfilt_correct_3(filter, &state, y, NULL);
-    hash_numbers(state.levels, 1);
+/* A measurement at a fifth of the rate of the input: predictions, and corrections for all the time since the last. */
+#define TWO_RATES(ORDER)                                                                                               \
+  static void run_two_rates_##ORDER(const char *name, const CompfiltFilter##ORDER *filter) {                           \
+    CompfiltState##ORDER state;                                                                                        \
+    CompfiltStatus status = compfilt_start_##ORDER##_at(&state, 0.5f);                                                 \
+    restart();                                                                                                         \
+    for (int sample = 0; sample < SAMPLES && status == COMPFILT_STATUS_OK; sample++) {                                 \
+      float y, u;                                                                                                      \
+      two(sample, &y, &u);                                                                                             \
+      status = compfilt_predict_##ORDER(filter, &state, u, NULL);                                                      \
+      if (sample % 5 == 4 && status == COMPFILT_STATUS_OK)                                                             \
+        status = compfilt_correct_##ORDER(filter, &state, y, NULL);                                                    \
+      hash_numbers(state.levels, 1);                                                                                   \
+    }                                                                                                                  \
+    begin(name);                                                                                                       \
+    add((uint32_t)status);                                                                                             \
+    add(hash);                                                                                                         \
+    end();                                                                                                             \
   }
-  begin("two_rates");
-  add((uint32_t)status);
-  add(hash);
-  end();
-}
+
+TWO_RATES(1)
+TWO_RATES(2)
+TWO_RATES(3)
 
 static void run_rate(const CompfiltFilter1 *filter) {
   CompfiltRateState state;
@@ -159,6 +164,30 @@ static void three(int sample, float gyro[3], float acc[3], float mag[3]) {
   if (sample % 97 == 50 && sample >= STILL)
     acc[0] = missing();
 }
+
+#define TILT(ORDER)                                                                                                    \
+  static void run_tilt_##ORDER(const char *name, const CompfiltFilter##ORDER *filter, uint8_t axes) {                  \
+    CompfiltTiltState##ORDER state;                                                                                    \
+    CompfiltStatus status = compfilt_tilt_start_##ORDER(&state);                                                       \
+    restart();                                                                                                         \
+    for (int sample = 0; sample < SAMPLES && status == COMPFILT_STATUS_OK; sample++) {                                 \
+      float gyro[3], acc[3], mag[3], angles[2];                                                                        \
+      uint8_t flags;                                                                                                   \
+      three(sample, gyro, acc, mag);                                                                                   \
+      status = compfilt_tilt_update_##ORDER(filter, axes, &state, gyro, acc, &flags);                                  \
+      if (status == COMPFILT_STATUS_OK)                                                                                \
+        status = compfilt_tilt_angles_##ORDER(filter, axes, &state, angles);                                           \
+      hash_numbers(angles, 2);                                                                                         \
+      hash_word(flags);                                                                                                \
+    }                                                                                                                  \
+    begin(name);                                                                                                       \
+    add((uint32_t)status);                                                                                             \
+    add(hash);                                                                                                         \
+    end();                                                                                                             \
+  }
+
+TILT(1)
+TILT(2)
 
 static void run_mahony(const CompfiltMahony *filter) {
   CompfiltMahonyState state;
@@ -223,7 +252,7 @@ static void run_calibrating(const CompfiltCalibrating *filter) {
   end();
 }
 
-/* What cannot work is refused, and changes nothing. */
+/* What cannot work is refused. */
 static void run_refused(void) {
   CompfiltFilter1 filter;
   CompfiltState1 state;
@@ -240,10 +269,66 @@ static void run_refused(void) {
   end();
 }
 
+/* The bytes of a struct. */
+static void hash_bytes(const void *start, size_t size) {
+  const unsigned char *bytes = start;
+  hash = 2166136261u;
+  for (size_t i = 0; i < size; i++)
+    hash = (hash ^ bytes[i]) * 16777619u;
+}
+
+static uint32_t changed;
+
+/* Whether a call is refused, and leaves what it would have changed as it was. */
+#define UNTOUCHED(PLACE, CALL)                                                                                         \
+  do {                                                                                                                 \
+    hash_bytes(&(PLACE), sizeof(PLACE));                                                                               \
+    const uint32_t before = hash;                                                                                      \
+    const CompfiltStatus status = (CALL);                                                                              \
+    hash_bytes(&(PLACE), sizeof(PLACE));                                                                               \
+    changed += status == COMPFILT_STATUS_OK || hash != before;                                                         \
+  } while (0)
+
+static void run_untouched(CompfiltFilter1 filter, CompfiltFilter2 pi, CompfiltMahony mahony, CompfiltGravity gravity) {
+  const float vector[3] = {0.0f, 0.0f, 1.0f};
+  CompfiltState1 state;
+  CompfiltTiltState2 tilt;
+  CompfiltRateState rate;
+  CompfiltMahonyState mahony_state;
+  CompfiltGravityState gravity_state;
+  CompfiltStatus status = compfilt_start_1_at(&state, 1.0f);
+  status |= compfilt_tilt_start_2(&tilt);
+  status |= compfilt_rate_start(&rate, 1.0f);
+  status |= compfilt_mahony_start(&mahony_state);
+  status |= compfilt_gravity_start(&gravity_state);
+  changed = status != COMPFILT_STATUS_OK;
+  UNTOUCHED(filter, compfilt_first_order(-0.5f, DT, &filter));
+  UNTOUCHED(filter, compfilt_first_order(0.5f, 0.0f, &filter));
+  UNTOUCHED(mahony, compfilt_mahony(1.0f, 0.1f, 3, DT, &mahony));
+  UNTOUCHED(state, compfilt_start_1_at(&state, missing()));
+  UNTOUCHED(state, compfilt_update_1(NULL, &state, 0.0f, 0.0f, NULL));
+  UNTOUCHED(rate, compfilt_rate_update(&filter, &rate, missing(), 0.0f));
+  UNTOUCHED(tilt, compfilt_tilt_update_2(&pi, 3, &tilt, vector, vector, NULL));
+  UNTOUCHED(tilt, compfilt_tilt_update_2(&pi, 0, &tilt, vector, NULL, NULL));
+  UNTOUCHED(mahony_state, compfilt_mahony_update(&mahony, &mahony_state, NULL, vector, NULL, NULL));
+  UNTOUCHED(gravity_state, compfilt_gravity_update(&gravity, &gravity_state, vector, NULL, NULL, NULL));
+  filter.input = 255;
+  UNTOUCHED(state, compfilt_update_1(&filter, &state, 0.0f, 0.0f, NULL));
+  UNTOUCHED(state, compfilt_predict_1(&filter, &state, 0.0f, NULL));
+  UNTOUCHED(state, compfilt_correct_1(&filter, &state, 0.0f, NULL));
+  mahony.form = 3;
+  UNTOUCHED(mahony_state, compfilt_mahony_update(&mahony, &mahony_state, vector, vector, NULL, NULL));
+  state.pending = 3;
+  UNTOUCHED(state, compfilt_predict_1(&filter, &state, 0.0f, NULL));
+  begin("untouched");
+  add(changed);
+  end();
+}
+
 int main(void) {
   CompfiltFilter1 first_order;
   CompfiltFilter2 pi, butterworth;
-  CompfiltFilter3 third_order;
+  CompfiltFilter3 third_order, of_gains;
   CompfiltMahony mahony;
   CompfiltGravityDesign design;
   CompfiltGravity gravity;
@@ -252,6 +337,7 @@ int main(void) {
   status |= compfilt_pi(2.0f, 1.0f, DT, &pi);
   status |= compfilt_butterworth(2.0f, 0.75f, DT, &butterworth);
   status |= compfilt_third_order(1.0f, DT, &third_order);
+  status |= compfilt_third_order_from_gains(3.0f, 2.5f, 0.5f, DT, &of_gains);
   status |= compfilt_mahony(1.0f, 0.25f, COMPFILT_MAHONY_FORM_EXPLICIT, DT, &mahony);
   status |= compfilt_gravity_defaults(&design);
   status |= compfilt_gravity(&design, DT, &gravity);
@@ -263,11 +349,19 @@ int main(void) {
   run_2("pi", &pi);
   run_2("butterworth", &butterworth);
   run_3("third_order", &third_order);
-  run_two_rates(&third_order);
+  run_3("third_order_from_gains", &of_gains);
+  run_two_rates_1("two_rates_1", &first_order);
+  run_two_rates_2("two_rates_2", &pi);
+  run_two_rates_3("two_rates_3", &third_order);
   run_rate(&first_order);
+  run_tilt_1("tilt_first_order", &first_order, COMPFILT_AXES_FLU);
+  run_tilt_2("tilt_pi", &pi, COMPFILT_AXES_FLU);
+  run_tilt_2("tilt_frd", &pi, COMPFILT_AXES_FRD);
+  run_tilt_2("tilt_cube", &pi, COMPFILT_AXES_CUBE);
   run_mahony(&mahony);
   run_gravity(&gravity);
   run_calibrating(&calibrating);
   run_refused();
+  run_untouched(first_order, pi, mahony, gravity);
   return 0;
 }

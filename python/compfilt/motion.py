@@ -10,7 +10,16 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["GRAVITY", "Array", "Motion", "Signal", "body_accelerations", "body_rates", "specific_force"]
+__all__ = [
+    "GRAVITY",
+    "Array",
+    "Motion",
+    "Signal",
+    "body_accelerations",
+    "body_rates",
+    "mean_rates",
+    "specific_force",
+]
 
 GRAVITY = 9.80665
 """m/s², and the accelerometer's g."""
@@ -131,6 +140,14 @@ def body_rates(motion: Motion, t: Array) -> Array:
             -pitch_rate * np.sin(roll) + level * np.cos(roll),
         )
     )
+
+
+def mean_rates(motion: Motion, t: Array, rate: float) -> Array:
+    """Return what an integrating gyro reads, (n, 3) in rad/s: the means over the sample intervals that end at `t`."""
+    # By Gauss-Legendre quadrature: exact for polynomials up to degree 7.
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    instants = (t[:, None] + (nodes - 1.0) / (2.0 * rate)).ravel()
+    return np.asarray(np.tensordot(body_rates(motion, instants).reshape(t.size, 4, 3), weights / 2.0, (1, 0)))
 
 
 def body_accelerations(motion: Motion, t: Array) -> Array:

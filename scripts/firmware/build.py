@@ -15,8 +15,9 @@ STEPS = ROOT / "crates" / "no-panic-probe"
 RUSTC = "/usr/bin/rustc"
 BINUTILS = "arm-none-eabi-"
 
+# The shell scripts read the same list.
 PANIC_OR_ALLOCATION = re.compile(
-    r"panic_fmt|panicking|panic_bounds|__rust_alloc|__rg_alloc|rust_oom|unwrap_failed"
+    "|".join(map(re.escape, (SCRIPTS.parent / "forbidden_symbols.txt").read_text(encoding="ascii").split()))
 )
 SOFT_DOUBLE = re.compile(r"__aeabi_(d|[a-z0-9]+2d|cd)|__(add|sub|mul|div)df3")
 # A step that waits for an event, an interrupt or a debugger would block.

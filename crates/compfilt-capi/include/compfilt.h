@@ -43,6 +43,27 @@ typedef int32_t CompfiltStatus;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
+// The body's axes, with the two angles that gravity gives in them.
+enum CompfiltAxes
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint8_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // Forward, left, up: roll about x, pitch about y, nose down positive.
+  COMPFILT_AXES_FLU = 0,
+  // Forward, right, down: roll about x, pitch about y, nose up positive.
+  COMPFILT_AXES_FRD = 1,
+  // The balancing cube's phi_2 and phi_3.
+  COMPFILT_AXES_CUBE = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum CompfiltAxes CompfiltAxes;
+#else
+typedef uint8_t CompfiltAxes;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
 // What happened to a sample: the bits of a set of flags.
 enum CompfiltFlag
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -175,8 +196,8 @@ typedef struct CompfiltCalibrating {
   float block;
   // Prior standard deviations of the bias in rad/s, of the matrix, and of the delay in s.
   float prior[3];
-  // What they may be at most.
-  float limits[3];
+  // What matrix and delay may be at most; the bias has the rest's limit.
+  float limits[2];
   // How fast knowledge of the bias gets old, in rad/s per root s.
   float bias_walk;
   // The variance density that the velocity's innovations are taken to have.
@@ -527,6 +548,18 @@ typedef struct CompfiltRateState {
   float age;
 } CompfiltRateState;
 
+// The state of a tilt filter of order 1: a linear filter's for each angle.
+typedef struct CompfiltTiltState1 {
+  // Roll and pitch, or phi_2 and phi_3.
+  struct CompfiltState1 angles[2];
+} CompfiltTiltState1;
+
+// The state of a tilt filter of order 2: a linear filter's for each angle. Level 1 is minus the bias of the angle's rate.
+typedef struct CompfiltTiltState2 {
+  // Roll and pitch, or phi_2 and phi_3.
+  struct CompfiltState2 angles[2];
+} CompfiltTiltState2;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -809,6 +842,64 @@ CompfiltStatus compfilt_rate_update(const struct CompfiltFilter1 *filter,
                                     struct CompfiltRateState *state,
                                     float gyro,
                                     float angular_acceleration);
+
+// Starts a tilt filter of order 1: it waits for the first measurement.
+//
+// # Safety
+// `state` is NULL, or points to a state that nobody else uses.
+CompfiltStatus compfilt_tilt_start_1(struct CompfiltTiltState1 *state);
+
+// One sample of a tilt filter of order 1: `gyro` in rad/s, `acc` of any length, three numbers each, body axes. What is NaN or
+// infinite is missing. `filter` is made as for `compfilt_update_1`, with the angle's period or without; `axes` is one of the
+// CompfiltAxes; `flags` may be NULL.
+//
+// # Safety
+// The pointers are NULL, or point to what they say; nobody else uses the state or the flags, nobody changes the others.
+CompfiltStatus compfilt_tilt_update_1(const struct CompfiltFilter1 *filter,
+                                      uint8_t axes,
+                                      struct CompfiltTiltState1 *state,
+                                      const float *gyro,
+                                      const float *acc,
+                                      uint8_t *flags);
+
+// The two angles in rad in their usual ranges: roll within pi and pitch within pi/2 to both sides, or phi_2 within pi/2 and phi_3
+// within pi.
+//
+// # Safety
+// The pointers are NULL, or point to what they say; `angles` to two numbers that nobody else uses.
+CompfiltStatus compfilt_tilt_angles_1(const struct CompfiltFilter1 *filter,
+                                      uint8_t axes,
+                                      const struct CompfiltTiltState1 *state,
+                                      float *angles);
+
+// Starts a tilt filter of order 2: it waits for the first measurement.
+//
+// # Safety
+// `state` is NULL, or points to a state that nobody else uses.
+CompfiltStatus compfilt_tilt_start_2(struct CompfiltTiltState2 *state);
+
+// One sample of a tilt filter of order 2: `gyro` in rad/s, `acc` of any length, three numbers each, body axes. What is NaN or
+// infinite is missing. `filter` is made as for `compfilt_update_2`, with the angle's period or without; `axes` is one of the
+// CompfiltAxes; `flags` may be NULL.
+//
+// # Safety
+// The pointers are NULL, or point to what they say; nobody else uses the state or the flags, nobody changes the others.
+CompfiltStatus compfilt_tilt_update_2(const struct CompfiltFilter2 *filter,
+                                      uint8_t axes,
+                                      struct CompfiltTiltState2 *state,
+                                      const float *gyro,
+                                      const float *acc,
+                                      uint8_t *flags);
+
+// The two angles in rad in their usual ranges: roll within pi and pitch within pi/2 to both sides, or phi_2 within pi/2 and phi_3
+// within pi.
+//
+// # Safety
+// The pointers are NULL, or point to what they say; `angles` to two numbers that nobody else uses.
+CompfiltStatus compfilt_tilt_angles_2(const struct CompfiltFilter2 *filter,
+                                      uint8_t axes,
+                                      const struct CompfiltTiltState2 *state,
+                                      float *angles);
 
 #ifdef __cplusplus
 }  // extern "C"

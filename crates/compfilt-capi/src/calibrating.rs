@@ -35,8 +35,8 @@ pub struct Calibrating {
     pub block: f32,
     /// Prior standard deviations of the bias in rad/s, of the matrix, and of the delay in s.
     pub prior: [f32; 3],
-    /// What they may be at most.
-    pub limits: [f32; 3],
+    /// What matrix and delay may be at most; the bias has the rest's limit.
+    pub limits: [f32; 2],
     /// How fast knowledge of the bias gets old, in rad/s per root s.
     pub bias_walk: f32,
     /// The variance density that the velocity's innovations are taken to have.

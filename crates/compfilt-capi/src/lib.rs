@@ -6,6 +6,7 @@
 //! | `status` | what a function answers |
 //! | `linear` | first order, PI, Butterworth of order 2, third order, and chains of these orders |
 //! | `rate` | the rate filter |
+//! | `tilt` | the tilt filter |
 //! | `sensors`, `parts` | what the attitude filters are made of |
 //! | `mahony`, `gravity`, `calibrating` | the attitude filters |
 //! | `panic` | the handler of a chip |
@@ -36,6 +37,7 @@ pub mod parts;
 pub mod rate;
 pub mod sensors;
 pub mod status;
+pub mod tilt;
 
 /// The chapter's examples are tested here, where they do not go into a package.
 #[cfg(doctest)]

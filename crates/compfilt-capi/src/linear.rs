@@ -12,8 +12,8 @@ use compfilt_core::{
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub(crate) struct Core<const N: usize, const M: usize> {
-    stream: Stream<f32, Chain<f32, N, M>>,
-    gains: Gains<f32, N, M>,
+    pub(crate) stream: Stream<f32, Chain<f32, N, M>>,
+    pub(crate) gains: Gains<f32, N, M>,
 }
 
 /// A filter of order 1 at one sample period: constant while it runs, and may lie in flash.
@@ -149,7 +149,7 @@ pub struct State3 {
 }
 
 /// A state of C that is copied into the core's and back.
-trait Stored<const N: usize> {
+pub(crate) trait Stored<const N: usize> {
     fn load(&self) -> Result<StreamState<f32, N>, Status>;
     fn save(&mut self, state: &StreamState<f32, N>);
 }
@@ -168,7 +168,7 @@ macro_rules! linear {
 
         impl $State {
             /// Of a filter that has done nothing yet.
-            const NOTHING: Self = Self {
+            pub(crate) const NOTHING: Self = Self {
                 levels: [0.0; $N],
                 start: [0.0; $N],
                 driven: [0.0; $N],

@@ -385,6 +385,31 @@ fn a_missing_gyro_is_held_and_then_stands_still() {
     assert!((state.up().unwrap() - turned.up()).norm() < 1e-12);
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_sample_is_missing_where_a_component_says_so(
+        force in vector(45.0), gyro in vector(1.2e6), none in 0..9_usize, alone in 0..9_usize,
+    ) {
+        let filter = second_order().force_range(40.0).unwrap();
+        let gains = filter.at(DT).unwrap();
+        let mut state = begun::<2>(&Vector3::z());
+        let mut force = force;
+        if let Some(part) = force.as_mut_slice().get_mut(none) {
+            *part = f64::NAN;
+        }
+        if alone < 3 {
+            force = Vector3::from_fn(|i, _| if i == alone { force[i] } else { 0.0 });
+        }
+        let flags = filter.update(&gains, &mut state, &gyro, &force, None);
+        let clipped = !force.iter().all(|part| part.abs() < 40.0);
+        prop_assert_eq!(flags.contains(Flags::MEASUREMENT_MISSING), clipped);
+        let too_fast = gyro.iter().any(|part| part.abs() >= 1e6);
+        prop_assert_eq!(flags.contains(Flags::DERIVATIVE_HELD), too_fast);
+    }
+}
+
 #[test]
 fn bad_samples_coast_and_are_flagged() {
     let filter = second_order().force_range(40.0).unwrap();

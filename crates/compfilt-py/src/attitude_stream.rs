@@ -3,6 +3,7 @@
 use crate::arrays::{Precision, Scalar, Signal};
 use crate::attitude_family::{Output, Sample};
 use crate::attitude_session::{AnySession, Arrays, Session, Signals};
+use crate::errors::{alone, beside};
 use crate::estimate::counts;
 use crate::precision::with_precision;
 use crate::session::{Handling, step};
@@ -126,6 +127,8 @@ pub(crate) fn stream<'py>(
 
 /// An attitude filter at work: samples or blocks go in as they come, the state stays.
 ///
+/// A stream takes one call at a time: a second thread that calls it meanwhile gets a RuntimeError.
+///
 /// Examples
 /// --------
 /// >>> import compfilt as cf
@@ -188,54 +191,63 @@ fn update<'py, T: Scalar>(
     Ok(PyArray1::from_slice(py, &parts).into_any())
 }
 
+impl AttitudeStream {
+    fn stored(&self) -> State {
+        with_precision!(&self.session, session => session.state())
+    }
+}
+
 #[pymethods]
 impl AttitudeStream {
     /// One sample: gyr in rad/s, acc in m/s^2 and mag, three numbers each; dt in seconds where the stream has no fs. Returns the
     /// quaternion.
     #[pyo3(signature = (gyr, acc, mag=None, dt=None))]
     fn update<'py>(
-        &mut self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         gyr: &Bound<'py, PyAny>,
         acc: &Bound<'py, PyAny>,
         mag: Option<&Bound<'py, PyAny>>,
         dt: Option<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let raise = self.handling.raise_missing;
+        let this = &mut *alone(slf)?;
+        let raise = this.handling.raise_missing;
         let sample = Given { gyr, acc, mag, dt };
-        with_precision!(&mut self.session, session => update(py, session, raise, &sample))
+        with_precision!(&mut this.session, session => update(py, session, raise, &sample))
     }
 
     /// A block of samples, (n, 3) each; the state is carried on. Returns the quaternions, (n, 4).
     #[pyo3(signature = (gyr, acc, mag=None, t=None))]
     fn process<'py>(
-        &mut self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         gyr: &Bound<'py, PyAny>,
         acc: &Bound<'py, PyAny>,
         mag: Option<&Bound<'py, PyAny>>,
         t: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        let this = &mut *alone(slf)?;
         let signals = Signals::new(gyr, acc, mag, t)?;
-        let handling = self.handling;
+        let handling = this.handling;
         let arrays =
-            with_precision!(&mut self.session, session => session.process(py, &signals, handling))?;
+            with_precision!(&mut this.session, session => session.process(py, &signals, handling))?;
         Ok(arrays.quaternion)
     }
 
     /// A block of samples like ``process``, with all results. Returns an :class:`AttitudeEstimate`.
     #[pyo3(signature = (gyr, acc, mag=None, t=None))]
     fn estimate<'py>(
-        &mut self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         gyr: &Bound<'py, PyAny>,
         acc: &Bound<'py, PyAny>,
         mag: Option<&Bound<'py, PyAny>>,
         t: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<AttitudeEstimate> {
+        let this = &mut *alone(slf)?;
         let signals = Signals::new(gyr, acc, mag, t)?;
-        let handling = self.handling;
-        let (arrays, state) = with_precision!(&mut self.session, session => {
+        let handling = this.handling;
+        let (arrays, state) = with_precision!(&mut this.session, session => {
             (session.process(py, &signals, handling)?, session.state())
         });
         AttitudeEstimate::new(py, arrays, state)
@@ -243,40 +255,45 @@ impl AttitudeStream {
 
     /// Forgets the state: waits for the first measurement, or starts from ``initial`` as in ``estimate``.
     #[pyo3(signature = (initial=None))]
-    fn reset(&mut self, initial: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        with_precision!(&mut self.session, session => session.start(initial))
+    fn reset(slf: &Bound<'_, Self>, initial: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let this = &mut *alone(slf)?;
+        with_precision!(&mut this.session, session => session.start(initial))
     }
 
     /// The state between two samples; set it to continue from there.
     #[getter]
-    fn state(&self) -> State {
-        with_precision!(&self.session, session => session.state())
+    fn state(slf: &Bound<'_, Self>) -> PyResult<State> {
+        Ok(beside(slf)?.stored())
     }
 
     #[setter]
-    fn set_state(&mut self, state: &Bound<'_, State>) -> PyResult<()> {
-        with_precision!(&mut self.session, session => session.set_state(state.get()))
+    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, State>) -> PyResult<()> {
+        let this = &mut *alone(slf)?;
+        with_precision!(&mut this.session, session => session.set_state(state.get()))
     }
 
-    fn __eq__(&self, py: Python<'_>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
+    fn __eq__(slf: &Bound<'_, Self>, py: Python<'_>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
+        let this = &*beside(slf)?;
         let Ok(other) = other.cast::<Self>() else { return Ok(false) };
-        let Ok(other) = other.try_borrow() else { return Ok(false) };
-        Ok(self.made_by.bind(py).eq(other.made_by.bind(py))?
-            && self.keywords.bind(py).eq(other.keywords.bind(py))?
-            && self.state() == other.state())
+        let other = &*beside(other)?;
+        Ok(this.made_by.bind(py).eq(other.made_by.bind(py))?
+            && this.keywords.bind(py).eq(other.keywords.bind(py))?
+            && this.stored() == other.stored())
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let this = &*beside(slf)?;
         let restore = py.import("compfilt._core")?.getattr("_stream")?;
-        let arguments = (&self.made_by, &self.keywords, self.state());
+        let arguments = (&this.made_by, &this.keywords, this.stored());
         Ok((restore, arguments).into_pyobject(py)?.into_any())
     }
 
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+    fn __repr__(slf: &Bound<'_, Self>, py: Python<'_>) -> PyResult<String> {
+        let this = &*beside(slf)?;
         Ok(format!(
             "{}.stream(**{})",
-            self.made_by.bind(py).repr()?,
-            self.keywords.bind(py).repr()?
+            this.made_by.bind(py).repr()?,
+            this.keywords.bind(py).repr()?
         ))
     }
 }

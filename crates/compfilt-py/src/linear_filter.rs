@@ -48,6 +48,25 @@ impl LinearFilter {
         let base = Self { design: Design::new(kind, split)? };
         Ok(PyClassInitializer::from(base).add_subclass(class))
     }
+
+    /// The filter as another library's system: `compfilt.interop` knows the libraries.
+    fn converted<'py>(
+        slf: &Bound<'py, Self>,
+        into: &str,
+        fs: Option<f64>,
+        rule: &str,
+        all_levels: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        crate::options::rule(rule)?;
+        let py = slf.py();
+        let keywords = PyDict::new(py);
+        keywords.set_item("fs", fs)?;
+        keywords.set_item("rule", rule)?;
+        keywords.set_item("all_levels", all_levels)?;
+        let interop = py.import("compfilt.interop")?;
+        let system = interop.getattr("of_design")?.call((slf,), Some(&keywords))?;
+        interop.call_method1(into, (system,))
+    }
 }
 
 /// The arguments of one call on arrays.
@@ -418,6 +437,89 @@ impl LinearFilter {
         let high =
             PyArray1::from_iter(py, pairs.iter().map(|p| Complex64::new(p.high.re, p.high.im)));
         Ok((low.reshape(shape.clone())?.into_any(), high.reshape(shape)?.into_any()))
+    }
+
+    /// The filter as a ``scipy.signal.StateSpace``, from the measurement and the derivative to level 0.
+    ///
+    /// Parameters
+    /// ----------
+    /// fs : float, optional
+    ///     Sample rate in Hz: the discrete filter, with ``dt = 1/fs``. None: the continuous one.
+    /// rule : {"backward_euler", "matched"}
+    ///     As in ``filter``; only with fs.
+    /// all_levels : bool
+    ///     Every level is an output, not only level 0.
+    ///
+    /// Returns
+    /// -------
+    /// scipy.signal.StateSpace
+    ///     Two inputs: the measurement, the derivative. The states are the levels; in discrete time those before the sample,
+    ///     so that an initial state is what ``initial`` is to ``filter``. Of a rate filter they are the rate minus the gyro's
+    ///     and the integrated angular acceleration: ``initial=r`` is (0, r).
+    ///
+    /// Raises
+    /// ------
+    /// ImportError
+    ///     SciPy is not installed: the extra ``design``.
+    /// ValueError
+    ///     A parameter breaks its rule.
+    ///
+    /// Notes
+    /// -----
+    /// The matrices of a discrete system are those of the filter in float64; its output on samples differs from that of
+    /// ``filter`` by rounding only.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import compfilt as cf
+    /// >>> system = cf.PiForm(kp=2.0, ki=1.0).to_scipy()
+    /// >>> system.poles.real.round(6)
+    /// array([-1., -1.])
+    /// >>> cf.FirstOrder(tau=1.0).to_scipy(fs=4.0).A
+    /// array([[0.8]])
+    #[pyo3(signature = (*, fs=None, rule="backward_euler", all_levels=false))]
+    fn to_scipy<'py>(
+        slf: &Bound<'py, Self>,
+        fs: Option<f64>,
+        rule: &str,
+        all_levels: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        Self::converted(slf, "to_scipy", fs, rule, all_levels)
+    }
+
+    /// The filter as a ``control.StateSpace`` of python-control, with the names of inputs, outputs and states.
+    ///
+    /// Parameters
+    /// ----------
+    /// fs, rule, all_levels
+    ///     As in ``to_scipy``.
+    ///
+    /// Returns
+    /// -------
+    /// control.StateSpace
+    ///     As in ``to_scipy``.
+    ///
+    /// Raises
+    /// ------
+    /// ImportError
+    ///     python-control is not installed.
+    /// ValueError
+    ///     A parameter breaks its rule.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import compfilt as cf
+    /// >>> system = cf.ThirdOrder(tau=2.0).to_control()
+    /// >>> system.input_labels, system.output_labels, system.state_labels
+    /// (['measurement', 'derivative'], ['position'], ['position', 'velocity', 'minus_bias'])
+    #[pyo3(signature = (*, fs=None, rule="backward_euler", all_levels=false))]
+    fn to_control<'py>(
+        slf: &Bound<'py, Self>,
+        fs: Option<f64>,
+        rule: &str,
+        all_levels: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        Self::converted(slf, "to_control", fs, rule, all_levels)
     }
 
     /// The numbers of the gains at the sample rate ``fs`` as a chip runs them, float32: what `compfilt export` writes.

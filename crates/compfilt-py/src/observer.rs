@@ -103,6 +103,22 @@ fn array<'py>(py: Python<'py>, matrix: &Array2<f64>) -> Bound<'py, PyArray2<f64>
     PyArray2::from_array(py, matrix)
 }
 
+/// The observer as another library's system: `compfilt.interop` knows the libraries.
+fn converted<'py>(
+    observer: &Bound<'py, Observer>,
+    into: &str,
+    fs: Option<f64>,
+    output: &str,
+) -> PyResult<Bound<'py, PyAny>> {
+    let py = observer.py();
+    let keywords = PyDict::new(py);
+    keywords.set_item("fs", fs)?;
+    keywords.set_item("output", output)?;
+    let interop = py.import("compfilt.interop")?;
+    let system = interop.getattr("of_observer")?.call((observer,), Some(&keywords))?;
+    interop.call_method1(into, (system,))
+}
+
 #[pymethods]
 #[allow(non_snake_case)] // The equation's names.
 impl Observer {
@@ -280,6 +296,77 @@ impl Observer {
             made_by: slf.clone().unbind(),
             keywords: keywords.unbind(),
         })
+    }
+
+    /// The observer as a ``scipy.signal.StateSpace`` in discrete time, from y and u to the estimate.
+    ///
+    /// Parameters
+    /// ----------
+    /// fs : float, optional
+    ///     Sample rate in Hz. None: ``dt`` is True, a period that is not stated.
+    /// output : {"filtered", "predicted"}
+    ///     The estimate after the sample's correction, or before it.
+    ///
+    /// Returns
+    /// -------
+    /// scipy.signal.StateSpace
+    ///     The inputs are those of y, then those of u. The state is the estimate before the sample's correction, so that an
+    ///     initial state is what ``initial`` is to ``run``.
+    ///
+    /// Raises
+    /// ------
+    /// ImportError
+    ///     SciPy is not installed: the extra ``design``.
+    /// ValueError
+    ///     fs is not positive and finite, or there is no filtered estimate.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import compfilt as cf
+    /// >>> observer = cf.Observer([[0.5]], [[1.0]], [[1.0]], [[0.25]])
+    /// >>> observer.to_scipy(fs=10.0).B
+    /// array([[0.25, 1.  ]])
+    #[pyo3(signature = (*, fs=None, output="filtered"))]
+    fn to_scipy<'py>(
+        slf: &Bound<'py, Self>,
+        fs: Option<f64>,
+        output: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        converted(slf, "to_scipy", fs, output)
+    }
+
+    /// The observer as a ``control.StateSpace`` of python-control in discrete time, with names of inputs, outputs and states.
+    ///
+    /// Parameters
+    /// ----------
+    /// fs, output
+    ///     As in ``to_scipy``.
+    ///
+    /// Returns
+    /// -------
+    /// control.StateSpace
+    ///     As in ``to_scipy``.
+    ///
+    /// Raises
+    /// ------
+    /// ImportError
+    ///     python-control is not installed.
+    /// ValueError
+    ///     fs is not positive and finite, or there is no filtered estimate.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import compfilt as cf
+    /// >>> observer = cf.Observer([[0.5]], [[1.0]], [[1.0]], [[0.25]])
+    /// >>> observer.to_control(fs=10.0).input_labels
+    /// ['y0', 'u0']
+    #[pyo3(signature = (*, fs=None, output="filtered"))]
+    fn to_control<'py>(
+        slf: &Bound<'py, Self>,
+        fs: Option<f64>,
+        output: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        converted(slf, "to_control", fs, output)
     }
 
     fn __hash__(&self) -> u64 {

@@ -1,6 +1,7 @@
 //! The observer's results, and its stream.
 
 use crate::arrays::{Scalar, Signal};
+use crate::errors::{alone, beside};
 use crate::estimate::counts;
 use crate::observer::Observer;
 use crate::observer_session::{AnySession, Session, one};
@@ -57,6 +58,8 @@ impl ObserverEstimate {
 
 /// An observer at work: samples or blocks go in as they come, the state stays.
 ///
+/// A stream takes one call at a time: a second thread that calls it meanwhile gets a RuntimeError.
+///
 /// Examples
 /// --------
 /// >>> import compfilt as cf
@@ -97,16 +100,23 @@ fn correct<'py, T: Scalar>(
     PyArray1::from_vec(py, filtered).into_any()
 }
 
+impl ObserverStream {
+    fn stored(&self) -> State {
+        with_precision!(&self.session, session => session.state())
+    }
+}
+
 #[pymethods]
 impl ObserverStream {
     /// Takes a measurement y, p numbers. Returns the filtered estimate.
     fn correct<'py>(
-        &mut self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         y: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let raise = self.raise;
-        with_precision!(&mut self.session, session => {
+        let this = &mut *alone(slf)?;
+        let raise = this.raise;
+        with_precision!(&mut this.session, session => {
             let y = sample(y, "y", session.sizes().1, raise)?;
             Ok(correct(py, session, &y))
         })
@@ -114,12 +124,13 @@ impl ObserverStream {
 
     /// Goes on to the next sample with the input u, m numbers, and the last correction. Returns the estimate there.
     fn predict<'py>(
-        &mut self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         u: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let raise = self.raise;
-        with_precision!(&mut self.session, session => {
+        let this = &mut *alone(slf)?;
+        let raise = this.raise;
+        with_precision!(&mut this.session, session => {
             let u = sample(u, "u", session.sizes().2, raise)?;
             let (next, _) = session.predict(&u);
             Ok(PyArray1::from_slice(py, next).into_any())
@@ -128,13 +139,14 @@ impl ObserverStream {
 
     /// ``correct(y)``, then ``predict(u)``. Returns the filtered estimate.
     fn update<'py>(
-        &mut self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         y: &Bound<'py, PyAny>,
         u: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let raise = self.raise;
-        with_precision!(&mut self.session, session => {
+        let this = &mut *alone(slf)?;
+        let raise = this.raise;
+        with_precision!(&mut this.session, session => {
             let (_, outputs, inputs) = session.sizes();
             let y = sample(y, "y", outputs, raise)?;
             let u = sample(u, "u", inputs, raise)?;
@@ -146,62 +158,68 @@ impl ObserverStream {
 
     /// A block of samples; the state is carried on. Returns the estimates before and after each correction.
     fn process<'py>(
-        &mut self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         y: &Bound<'py, PyAny>,
         u: &Bound<'py, PyAny>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let estimate = self.estimate(py, y, u)?;
+        let estimate = Self::estimate(slf, py, y, u)?;
         Ok((estimate.predicted.into_bound(py), estimate.filtered.into_bound(py)))
     }
 
     /// A block of samples like ``process``, with flags and counts. Returns an :class:`ObserverEstimate`.
     fn estimate<'py>(
-        &mut self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         y: &Bound<'py, PyAny>,
         u: &Bound<'py, PyAny>,
     ) -> PyResult<ObserverEstimate> {
-        let (y, u, raise) = (Signal::new(y, "y")?, Signal::new(u, "u")?, self.raise);
-        with_precision!(&mut self.session, session => session.process(py, &y, &u, raise))
+        let this = &mut *alone(slf)?;
+        let (y, u, raise) = (Signal::new(y, "y")?, Signal::new(u, "u")?, this.raise);
+        with_precision!(&mut this.session, session => session.process(py, &y, &u, raise))
     }
 
     /// Starts anew, from zeros or from ``initial`` as in ``run``.
     #[pyo3(signature = (initial=None))]
-    fn reset(&mut self, initial: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        with_precision!(&mut self.session, session => session.start(initial))
+    fn reset(slf: &Bound<'_, Self>, initial: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let this = &mut *alone(slf)?;
+        with_precision!(&mut this.session, session => session.start(initial))
     }
 
     /// The state between two samples; set it to continue from there.
     #[getter]
-    fn state(&self) -> State {
-        with_precision!(&self.session, session => session.state())
+    fn state(slf: &Bound<'_, Self>) -> PyResult<State> {
+        Ok(beside(slf)?.stored())
     }
 
     #[setter]
-    fn set_state(&mut self, state: &Bound<'_, State>) -> PyResult<()> {
-        with_precision!(&mut self.session, session => session.set_state(state.get()))
+    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, State>) -> PyResult<()> {
+        let this = &mut *alone(slf)?;
+        with_precision!(&mut this.session, session => session.set_state(state.get()))
     }
 
-    fn __eq__(&self, py: Python<'_>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
+    fn __eq__(slf: &Bound<'_, Self>, py: Python<'_>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
+        let this = &*beside(slf)?;
         let Ok(other) = other.cast::<Self>() else { return Ok(false) };
-        let Ok(other) = other.try_borrow() else { return Ok(false) };
-        Ok(self.made_by.get() == other.made_by.get()
-            && self.keywords.bind(py).eq(other.keywords.bind(py))?
-            && self.state() == other.state())
+        let other = &*beside(other)?;
+        Ok(this.made_by.get() == other.made_by.get()
+            && this.keywords.bind(py).eq(other.keywords.bind(py))?
+            && this.stored() == other.stored())
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let this = &*beside(slf)?;
         let restore = py.import("compfilt._core")?.getattr("_stream")?;
-        let arguments = (&self.made_by, &self.keywords, self.state());
+        let arguments = (&this.made_by, &this.keywords, this.stored());
         Ok((restore, arguments).into_pyobject(py)?.into_any())
     }
 
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+    fn __repr__(slf: &Bound<'_, Self>, py: Python<'_>) -> PyResult<String> {
+        let this = &*beside(slf)?;
         Ok(format!(
             "{}.stream(**{})",
-            self.made_by.bind(py).repr()?,
-            self.keywords.bind(py).repr()?
+            this.made_by.bind(py).repr()?,
+            this.keywords.bind(py).repr()?
         ))
     }
 }

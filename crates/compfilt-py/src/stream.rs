@@ -3,6 +3,7 @@
 use crate::arrays::{Scalar, Signal, samples_and_channels};
 use crate::batch::Options;
 use crate::design::Design;
+use crate::errors::{alone, beside};
 use crate::estimate::Estimate;
 use crate::precision::with_precision;
 use crate::session::{AnySession, Handling, Input, Results, Session, Wanted, step};
@@ -71,6 +72,10 @@ impl Stream {
         let input = Input { measurement: &measurement, derivative: &derivative, t };
         let handling = self.handling;
         with_precision!(&mut self.session, session => session.process(py, &input, handling, wanted))
+    }
+
+    fn stored(&self) -> State {
+        with_precision!(&self.session, session => session.state())
     }
 
     fn output<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -199,15 +204,16 @@ impl Stream {
     ///     Level 0. NaN before the first measurement.
     #[pyo3(signature = (y, u, dt=None))]
     fn update<'py>(
-        &mut self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         y: &Bound<'py, PyAny>,
         u: &Bound<'py, PyAny>,
         dt: Option<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let (channels, handling) = (self.channels, self.handling);
-        with_precision!(&mut self.session, session => update(session, channels, handling, y, u, dt))?;
-        self.output(py)
+        let this = &mut *alone(slf)?;
+        let (channels, handling) = (this.channels, this.handling);
+        with_precision!(&mut this.session, session => update(session, channels, handling, y, u, dt))?;
+        this.output(py)
     }
 
     /// A block of samples; the state is carried on. Returns level 0, shaped like y.
@@ -220,46 +226,49 @@ impl Stream {
     ///     the first block.
     #[pyo3(signature = (y, u, t=None))]
     fn process<'py>(
-        &mut self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         y: &Bound<'py, PyAny>,
         u: &Bound<'py, PyAny>,
         t: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        let this = &mut *alone(slf)?;
         let wanted = Wanted::Level0(None);
-        let results = self.run(py, y, u, t, &wanted)?;
+        let results = this.run(py, y, u, t, &wanted)?;
         Ok(results.level0.unwrap_or_else(|| py.None().into_bound(py)))
     }
 
     /// A block of samples like ``process``, with all levels, flags and counts. Returns an :class:`Estimate`.
     #[pyo3(signature = (y, u, t=None))]
     fn estimate<'py>(
-        &mut self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         y: &Bound<'py, PyAny>,
         u: &Bound<'py, PyAny>,
         t: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Estimate> {
+        let this = &mut *alone(slf)?;
         let wanted = Wanted::Levels;
-        let results = self.run(py, y, u, t, &wanted)?;
-        let state = with_precision!(&self.session, session => session.state());
-        Estimate::new(py, &self.design, results, state)
+        let results = this.run(py, y, u, t, &wanted)?;
+        let state = this.stored();
+        Estimate::new(py, &this.design, results, state)
     }
 
     /// Moves the state on by dt seconds with the derivative u, without a measurement. Returns level 0.
     #[pyo3(signature = (u, dt=None))]
     fn predict<'py>(
-        &mut self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         u: &Bound<'py, PyAny>,
         dt: Option<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        if self.design.is_rate() {
+        let this = &mut *alone(slf)?;
+        if this.design.is_rate() {
             return Err(PyValueError::new_err("the rate filter takes both signals: use update"));
         }
-        let (channels, handling) = (self.channels, self.handling);
-        with_precision!(&mut self.session, session => predict(session, channels, handling, u, dt))?;
-        self.output(py)
+        let (channels, handling) = (this.channels, this.handling);
+        with_precision!(&mut this.session, session => predict(session, channels, handling, u, dt))?;
+        this.output(py)
     }
 
     /// Corrects by the measurement y, with the gains for the time since the last correction. Returns level 0.
@@ -267,59 +276,65 @@ impl Stream {
     /// So a slow measurement corrects a fast prediction: ``predict`` whenever the derivative comes, ``correct`` whenever
     /// the measurement does. The first measurement starts the filter.
     fn correct<'py>(
-        &mut self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         y: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        if self.design.is_rate() {
+        let this = &mut *alone(slf)?;
+        if this.design.is_rate() {
             return Err(PyValueError::new_err("the rate filter takes both signals: use update"));
         }
-        let (channels, handling) = (self.channels, self.handling);
-        with_precision!(&mut self.session, session => correct(session, channels, handling, y))?;
-        self.output(py)
+        let (channels, handling) = (this.channels, this.handling);
+        with_precision!(&mut this.session, session => correct(session, channels, handling, y))?;
+        this.output(py)
     }
 
     /// Forgets the state: waits for the first measurement, or starts from ``initial`` as in ``filter``.
     #[pyo3(signature = (initial=None))]
-    fn reset(&mut self, initial: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        with_precision!(&mut self.session, session => session.start(initial))
+    fn reset(slf: &Bound<'_, Self>, initial: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let this = &mut *alone(slf)?;
+        with_precision!(&mut this.session, session => session.start(initial))
     }
 
     /// The state between two samples; set it to continue from there.
     #[getter]
-    fn state(&self) -> State {
-        with_precision!(&self.session, session => session.state())
+    fn state(slf: &Bound<'_, Self>) -> PyResult<State> {
+        Ok(beside(slf)?.stored())
     }
 
     #[setter]
-    fn set_state(&mut self, state: &Bound<'_, State>) -> PyResult<()> {
-        with_precision!(&mut self.session, session => session.set_state(state.get()))
+    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, State>) -> PyResult<()> {
+        let this = &mut *alone(slf)?;
+        with_precision!(&mut this.session, session => session.set_state(state.get()))
     }
 
-    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
-        other.cast::<Self>().ok().and_then(|other| other.try_borrow().ok()).is_some_and(|other| {
-            let fs = |stream: &Self| with_precision!(&stream.session, session => session.fs);
-            let workers = other.handling.workers;
-            self.design == other.design
-                && self.options == other.options
-                && self.channels == other.channels
-                && fs(self) == fs(&other)
-                && Handling { workers, ..self.handling } == other.handling
-                && self.state() == other.state()
-        })
+    fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
+        let this = &*beside(slf)?;
+        let Ok(other) = other.cast::<Self>() else { return Ok(false) };
+        let other = &*beside(other)?;
+        let fs = |stream: &Self| with_precision!(&stream.session, session => session.fs);
+        let workers = other.handling.workers;
+        Ok(this.design == other.design
+            && this.options == other.options
+            && this.channels == other.channels
+            && fs(this) == fs(other)
+            && Handling { workers, ..this.handling } == other.handling
+            && this.stored() == other.stored())
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let this = &*beside(slf)?;
         let restore = py.import("compfilt._core")?.getattr("_stream")?;
-        let arguments = (&self.made_by, &self.keywords, self.state());
+        let arguments = (&this.made_by, &this.keywords, this.stored());
         Ok((restore, arguments).into_pyobject(py)?.into_any())
     }
 
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+    fn __repr__(slf: &Bound<'_, Self>, py: Python<'_>) -> PyResult<String> {
+        let this = &*beside(slf)?;
         Ok(format!(
             "{}.stream(**{})",
-            self.made_by.bind(py).repr()?,
-            self.keywords.bind(py).repr()?
+            this.made_by.bind(py).repr()?,
+            this.keywords.bind(py).repr()?
         ))
     }
 }

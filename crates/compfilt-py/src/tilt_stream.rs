@@ -2,6 +2,7 @@
 
 use crate::arrays::{Scalar, Signal};
 use crate::design::Design;
+use crate::errors::{alone, beside};
 use crate::estimate::counts;
 use crate::precision::with_precision;
 use crate::session::{Handling, step};
@@ -107,6 +108,8 @@ impl TiltEstimate {
 
 /// A tilt filter at work: samples or blocks go in as they come, the state stays.
 ///
+/// A stream takes one call at a time: a second thread that calls it meanwhile gets a RuntimeError.
+///
 /// Examples
 /// --------
 /// >>> import compfilt as cf
@@ -156,90 +159,104 @@ fn update<'py, T: Scalar>(
     Ok(PyArray1::from_iter(py, angles.iter().copied()).into_any())
 }
 
+impl TiltStream {
+    fn stored(&self) -> State {
+        with_precision!(&self.session, session => session.state())
+    }
+}
+
 #[pymethods]
 impl TiltStream {
     /// One sample: gyr in rad/s and acc in m/s^2, three numbers each; dt in seconds where the stream has no fs. Returns the
     /// two angles in rad.
     #[pyo3(signature = (gyr, acc, dt=None))]
     fn update<'py>(
-        &mut self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         gyr: &Bound<'py, PyAny>,
         acc: &Bound<'py, PyAny>,
         dt: Option<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let handling = self.handling;
-        with_precision!(&mut self.session, session => update(py, session, handling, gyr, acc, dt))
+        let this = &mut *alone(slf)?;
+        let handling = this.handling;
+        with_precision!(&mut this.session, session => update(py, session, handling, gyr, acc, dt))
     }
 
     /// A block of samples, (n, 3) each; the state is carried on. Returns the angles, (n, 2).
     #[pyo3(signature = (gyr, acc, t=None))]
     fn process<'py>(
-        &mut self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         gyr: &Bound<'py, PyAny>,
         acc: &Bound<'py, PyAny>,
         t: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        let this = &mut *alone(slf)?;
         let signals = Signals::new(gyr, acc, t)?;
-        let handling = self.handling;
-        let arrays = with_precision!(&mut self.session, session => session.process(py, &signals, handling, false))?;
+        let handling = this.handling;
+        let arrays = with_precision!(&mut this.session, session => session.process(py, &signals, handling, false))?;
         Ok(arrays.angles)
     }
 
     /// A block of samples like ``process``, with all levels, flags and counts. Returns a :class:`TiltEstimate`.
     #[pyo3(signature = (gyr, acc, t=None))]
     fn estimate<'py>(
-        &mut self,
+        slf: &Bound<'py, Self>,
         py: Python<'py>,
         gyr: &Bound<'py, PyAny>,
         acc: &Bound<'py, PyAny>,
         t: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<TiltEstimate> {
+        let this = &mut *alone(slf)?;
         let signals = Signals::new(gyr, acc, t)?;
-        let handling = self.handling;
-        let (arrays, state) = with_precision!(&mut self.session, session => {
+        let handling = this.handling;
+        let (arrays, state) = with_precision!(&mut this.session, session => {
             (session.process(py, &signals, handling, true)?, session.state())
         });
-        TiltEstimate::new(py, &self.design, arrays, state)
+        TiltEstimate::new(py, &this.design, arrays, state)
     }
 
     /// Forgets the state: waits for the first measurement, or starts from ``initial`` as in ``estimate``.
     #[pyo3(signature = (initial=None))]
-    fn reset(&mut self, initial: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        with_precision!(&mut self.session, session => session.start(initial))
+    fn reset(slf: &Bound<'_, Self>, initial: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let this = &mut *alone(slf)?;
+        with_precision!(&mut this.session, session => session.start(initial))
     }
 
     /// The state between two samples; set it to continue from there.
     #[getter]
-    fn state(&self) -> State {
-        with_precision!(&self.session, session => session.state())
+    fn state(slf: &Bound<'_, Self>) -> PyResult<State> {
+        Ok(beside(slf)?.stored())
     }
 
     #[setter]
-    fn set_state(&mut self, state: &Bound<'_, State>) -> PyResult<()> {
-        with_precision!(&mut self.session, session => session.set_state(state.get()))
+    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, State>) -> PyResult<()> {
+        let this = &mut *alone(slf)?;
+        with_precision!(&mut this.session, session => session.set_state(state.get()))
     }
 
-    fn __eq__(&self, py: Python<'_>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
+    fn __eq__(slf: &Bound<'_, Self>, py: Python<'_>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
+        let this = &*beside(slf)?;
         let Ok(other) = other.cast::<Self>() else { return Ok(false) };
-        let Ok(other) = other.try_borrow() else { return Ok(false) };
-        Ok(self.made_by.get() == other.made_by.get()
-            && self.keywords.bind(py).eq(other.keywords.bind(py))?
-            && self.state() == other.state())
+        let other = &*beside(other)?;
+        Ok(this.made_by.get() == other.made_by.get()
+            && this.keywords.bind(py).eq(other.keywords.bind(py))?
+            && this.stored() == other.stored())
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let this = &*beside(slf)?;
         let restore = py.import("compfilt._core")?.getattr("_stream")?;
-        let arguments = (&self.made_by, &self.keywords, self.state());
+        let arguments = (&this.made_by, &this.keywords, this.stored());
         Ok((restore, arguments).into_pyobject(py)?.into_any())
     }
 
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+    fn __repr__(slf: &Bound<'_, Self>, py: Python<'_>) -> PyResult<String> {
+        let this = &*beside(slf)?;
         Ok(format!(
             "{}.stream(**{})",
-            self.made_by.bind(py).repr()?,
-            self.keywords.bind(py).repr()?
+            this.made_by.bind(py).repr()?,
+            this.keywords.bind(py).repr()?
         ))
     }
 }

@@ -11,11 +11,11 @@ from compfilt.logs.errors import LogError, quoted
 from compfilt.logs.faults import Faults
 from compfilt.logs.policy import Gap, Policy
 from compfilt.logs.readers.base import is_time
-from compfilt.logs.signals import to_numpy
 from compfilt.logs.steps import Steps
+from compfilt.logs.ticks import Ticks
 from compfilt.logs.units import TIME, Unit, UnitError, parse_unit
 
-__all__ = ["LISTED_GAPS", "FoundGap", "Timeline", "Timing", "time_unit"]
+__all__ = ["LISTED_GAPS", "FoundGap", "Timeline", "Timing", "time_unit", "told_unit"]
 
 LISTED_GAPS = 1000
 """How many gaps are listed one by one; beyond that they are only counted."""
@@ -75,7 +75,6 @@ class Timing:
 class Timeline:
     """Turn a time column into seconds, batch by batch, and deal with gaps, equal times and ways back.
 
-    Whole numbers are counted from the first one, since float64 resolves an epoch in nanoseconds to 0.2 µs only.
     What is found does not depend on how the log is cut into batches.
 
     Parameters
@@ -103,7 +102,7 @@ class Timeline:
         self.column = column
         self._unit = unit
         self._policy = policy
-        self._origin: int | None = None
+        self._ticks = Ticks()
         self._before: float | None = None
         self._left_out = 0.0
         self.gaps = 0
@@ -115,7 +114,7 @@ class Timeline:
     @property
     def origin(self) -> int:
         """What the seconds of whole numbers are counted from, in the column's unit."""
-        return self._origin or 0
+        return self._ticks.origin or 0
 
     def take(self, batch: pa.RecordBatch) -> Times:
         """Take the times out of a batch, in seconds.
@@ -125,31 +124,15 @@ class Timeline:
         LogError
             The unit is not known or not the one of the log.
         """
-        values = batch.column(self.column)
         self._unit = time_unit(batch.schema.field(self.column), self._unit)
-        if is_time(values.type):
-            values = values.cast(pa.int64())
-        if not (values.null_count and pa.types.is_integer(values.type)):
-            return self.seconds(to_numpy(values))
-        # Arrow would give all of the batch as floats, for which there is no origin.
-        seconds = self.seconds(to_numpy(values.fill_null(0)))
-        seconds[values.is_null().to_numpy(zero_copy_only=False)] = np.nan
-        return seconds
+        return self._in_seconds(self._ticks.take(batch.column(self.column)))
 
     def seconds(self, ticks: npt.NDArray[np.generic]) -> Times:
         """Convert one batch, (n,) whole numbers or floats in the column's unit, to seconds."""
-        if np.issubdtype(ticks.dtype, np.integer):
-            if ticks.dtype.itemsize < 8:
-                # The span of a log may be more than half of what such a number can be.
-                ticks = ticks.astype(np.int64)
-            if self._origin is None and ticks.size:
-                self._origin = int(ticks[0])
-            if self._origin:
-                ticks = ticks - ticks.dtype.type(self._origin)  # type: ignore[operator]
-            if np.issubdtype(ticks.dtype, np.unsignedinteger):
-                # A time before the first one wraps around; its difference, read with a sign, does not.
-                ticks = ticks.view(np.dtype(f"i{ticks.dtype.itemsize}"))
-        return ticks.astype(np.float64) * (1.0 if self._unit is None else self._unit.factor)
+        return self._in_seconds(self._ticks.count(ticks))
+
+    def _in_seconds(self, ticks: Times) -> Times:
+        return ticks * (1.0 if self._unit is None else self._unit.factor)
 
     def judge(self, seconds: Times, first_row: int) -> Timing:
         """Find what is odd about the times of the next batch.
@@ -237,7 +220,7 @@ class Timeline:
     def state(self) -> dict[str, Any]:
         """All that is carried from batch to batch, in plain numbers; set it to continue from there."""
         return {
-            "origin": self._origin,
+            "origin": self._ticks.origin,
             "before": self._before,
             "left_out": self._left_out,
             "gaps": self.gaps,
@@ -249,7 +232,7 @@ class Timeline:
 
     @state.setter
     def state(self, value: dict[str, Any]) -> None:
-        self._origin, self._before = value["origin"], value["before"]
+        self._ticks.origin, self._before = value["origin"], value["before"]
         self._left_out, self.gaps = value["left_out"], value["gaps"]
         self.listed = [FoundGap(*gap) for gap in value["listed"]]
         self.first, self.last = value["first"], value["last"]
@@ -273,7 +256,7 @@ def time_unit(field: Any, chosen: Unit | None) -> Unit:  # noqa: ANN401 - a fiel
     LogError
         The recipe says another unit than the log, or neither tells one.
     """
-    told = _told_unit(field)
+    told = told_unit(field)
     if told is None and chosen is None:
         raise LogError(
             f"column {quoted(field.name)} does not tell its unit: the recipe needs one, as in "
@@ -284,7 +267,8 @@ def time_unit(field: Any, chosen: Unit | None) -> Unit:  # noqa: ANN401 - a fiel
     return chosen or told  # type: ignore[return-value]
 
 
-def _told_unit(field: Any) -> Unit | None:  # noqa: ANN401
+def told_unit(field: Any) -> Unit | None:  # noqa: ANN401 - a field of any type
+    """Return the unit that a log tells of its time column, by the type or the metadata, if it does."""
     if is_time(field.type):
         return parse_unit(field.type.unit, TIME)
     name = (field.metadata or {}).get(b"unit", b"")

@@ -1,6 +1,6 @@
 """The ways in which work on logs fails, each with a message of one line."""
 
-__all__ = ["LogError", "RecipeError", "TruncatedLog", "UsageError", "quoted"]
+__all__ = ["LogError", "RecipeError", "TruncatedLog", "UsageError", "printable", "quoted"]
 
 LONGEST_NAME = 100
 """How much of a name or a value a message shows: a damaged file may have one of a megabyte."""
@@ -10,7 +10,7 @@ class UsageError(Exception):
     """The command cannot be carried out as it was given; nothing was read or written."""
 
     def __init__(self, message: str) -> None:
-        super().__init__(_printable(message))
+        super().__init__(printable(message))
 
 
 class RecipeError(UsageError):
@@ -24,7 +24,7 @@ class LogError(Exception):
     """
 
     def __init__(self, message: str) -> None:
-        super().__init__(_printable(message))
+        super().__init__(printable(message))
 
 
 class TruncatedLog(LogError):  # noqa: N818 - it says what the log is
@@ -48,10 +48,11 @@ class TruncatedLog(LogError):  # noqa: N818 - it says what the log is
 def quoted(name: str) -> str:
     """Put a name or a value that stands in a log into quotes, for a message."""
     shown = name if len(name) <= LONGEST_NAME else name[:LONGEST_NAME] + "..."
-    return '"' + _printable(shown.replace("\\", "\\\\").replace('"', '\\"')) + '"'
+    return '"' + printable(shown.replace("\\", "\\\\").replace('"', '\\"')) + '"'
 
 
-def _printable(text: str) -> str:
+def printable(text: str) -> str:
+    """Escape what would start a new line, or steer a terminal."""
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)

@@ -8,13 +8,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
-import pyarrow.csv
 
 from compfilt.logs.clock import Timeline
 from compfilt.logs.errors import LogError, UsageError
 from compfilt.logs.pipeline import Pipeline
-from compfilt.logs.readers import Columns, open_log, read_schema
-from compfilt.logs.readers.base import check_present
+from compfilt.logs.readers import Columns, open_log
 from compfilt.logs.recipe import Recipe
 
 __all__ = ["Difference", "Replay", "parse_names", "replay_trace"]
@@ -152,13 +150,16 @@ def replay_trace(recipe: Recipe, trace: str | Path, names: Mapping[str, str] | N
         )
     columns = {name: (names or {}).get(name, name) for name in outputs}
     time = () if recipe.clock.column is None else (recipe.clock.column,)
-    pipeline = Pipeline(recipe, _in_single(read_schema(Path(trace)), recipe))
     comparison = _Comparison(outputs)
     # A timeline of its own: that of the pipeline has already moved on, and may leave gaps out.
     clock = Timeline(time[0], recipe.clock.unit, recipe.policy) if time else None
-    for batch in _batches(Path(trace), time, (*inputs, *columns.values())):
-        filtered = _filtered(pipeline, batch, inputs)
-        comparison.add(filtered, batch, columns, None if clock is None else clock.take(batch))
+    # As they are written: a text's bits in hexadecimal would be taken for whole numbers.
+    written = Columns((), time, separator=recipe.separator, written=(*inputs, *columns.values()))
+    with open_log(trace, written) as reader:
+        pipeline = Pipeline(recipe, _in_single(reader.schema, recipe))
+        for batch in reader.batches():
+            filtered = _filtered(pipeline, batch, inputs)
+            comparison.add(filtered, batch, columns, None if clock is None else clock.take(batch))
     if not comparison.rows:
         raise LogError("the file holds no rows")
     return Replay(comparison.rows, tuple(outputs), comparison.differences())
@@ -182,28 +183,8 @@ def _in_single(log: pa.Schema, recipe: Recipe) -> pa.Schema:
     fields = [pa.field(name, pa.float32()) for name in recipe.signal_columns]
     time = recipe.clock.column
     if time is not None:
-        check_present(log.names, (time,))
         fields.append(log.field(time))
     return pa.schema(fields)
-
-
-def _batches(trace: Path, time: tuple[str, ...], columns: tuple[str, ...]) -> Iterator[pa.RecordBatch]:
-    """Read a trace; the columns of a CSV as text, because bits in hexadecimal would be taken for whole numbers."""
-    if trace.suffix.lower() != ".csv":
-        with open_log(trace, Columns((), time, columns)) as reader:
-            yield from reader.batches()
-        return
-    schema = read_schema(trace)
-    missing = [name for name in (*time, *columns) if schema.get_all_field_indices(name) == []]
-    if missing:
-        raise LogError(f'there is no column "{missing[0]}"; there are {", ".join(schema.names)}')
-    types = dict.fromkeys(columns, pa.string()) | {name: schema.field(name).type for name in time}
-    convert = pa.csv.ConvertOptions(column_types=types, include_columns=list(types))
-    try:
-        with pa.csv.open_csv(trace, convert_options=convert) as reader:
-            yield from reader
-    except (pa.ArrowException, UnicodeDecodeError) as error:
-        raise LogError(f"the file is damaged: {' '.join(str(error).split())}") from None
 
 
 def _filtered(pipeline: Pipeline, batch: pa.RecordBatch, inputs: tuple[str, ...]) -> pa.RecordBatch:

@@ -149,7 +149,7 @@ impl<T: Number, const N: usize> GravityFilter<T, N> {
         let paused = self.sensors.gap.less(dt) & state.started;
         if paused.any() {
             flags.raise(Flags::RESTARTED, paused);
-            *state = GravityState::choose(paused, state.renewed(), *state);
+            state.renew(paused);
         }
         let turn = Rotation::of_turn(&(rate * dt).0);
         state.rotation = state.rotation.times(&turn);
@@ -167,7 +167,7 @@ impl<T: Number, const N: usize> GravityFilter<T, N> {
         self.heading.update(heading.0, heading.1, magnetic_field, dt, state.started, &mut flags);
         let lost = !state.is_finite();
         if lost.any() {
-            *state = GravityState::choose(lost, GravityState::new(), *state);
+            state.restart(lost);
             flags.raise(Flags::RESTARTED, lost);
         }
         flags
@@ -184,21 +184,27 @@ impl<T: Number, const N: usize> GravityFilter<T, N> {
         there: T::Mask,
     ) {
         let (going, dt, zero) = (state.started, gains.dt(), T::literal(0.0));
+        if !going.any() {
+            return;
+        }
         let mut levels = state.levels();
         for level in &mut levels.levels {
             *level = Vector(turn.to_body(&level.0));
         }
         let age = state.age + dt;
-        let since = state.since_correction + dt;
+        let mut since = state.since_correction + dt;
         let corrected = going & there & zero.less(since);
-        let stepped = self.corrected(gains, levels, force, since, age);
-        for (i, level) in levels.levels.iter_mut().enumerate() {
-            *level = Vector::choose(corrected, stepped.levels[i], *level);
-            let kept = Vector::choose(going, *level, Vector(state.levels.levels[i]));
-            state.levels.levels[i] = kept.0;
+        if corrected.any() {
+            let stepped = self.corrected(gains, levels, force, since, age);
+            for (level, stepped) in levels.levels.iter_mut().zip(stepped.levels) {
+                *level = Vector::choose(corrected, stepped, *level);
+            }
+            since = T::choose(corrected, zero, since);
+        }
+        for (kept, level) in state.levels.levels.iter_mut().zip(levels.levels) {
+            *kept = Vector::choose(going, level, Vector(*kept)).0;
         }
         state.age = T::choose(going, age, state.age);
-        let since = T::choose(corrected, zero, since);
         state.since_correction = T::choose(going, since, state.since_correction);
     }
 
@@ -212,15 +218,15 @@ impl<T: Number, const N: usize> GravityFilter<T, N> {
         since: T,
         age: T,
     ) -> State<Vector<T>, N> {
-        // A slow clock's own step counts in full.
-        let counted = since.or_less(gains.dt().or_more(self.cap));
         let (early, zero) = (age.less(self.start), T::literal(0.0));
         // Gains that vary are safe for a low-pass up to order 2; for the others the start is a mean.
         let mean_first = N > 2 || self.design.split() > 1;
         let quick = early & T::Mask::same(!mean_first);
         let mut gains = *gains;
-        let varies = quick | counted.less(gains.dt()) | gains.dt().less(counted);
-        if varies.any() {
+        if (quick | since.less(gains.dt()) | gains.dt().less(since)).any() {
+            // A slow clock's own step counts in full.
+            let counted = since.or_less(gains.dt().or_more(self.cap));
+            let varies = quick | counted.less(gains.dt()) | gains.dt().less(counted);
             let least = T::choose(quick, T::literal(START) / age, zero);
             let own = self.design.at_least(least).over(counted);
             // The powers of a short time may be beyond the scalar type.

@@ -100,12 +100,22 @@ impl<T: Number, const N: usize> GravityState<T, N> {
         };
     }
 
-    /// The vertical forgotten, heading and bias kept.
+    /// Forgets the vertical where it has `paused`, and keeps heading and bias.
+    #[cold]
     #[inline(never)]
-    pub(super) fn renewed(self) -> Self {
+    pub(super) fn renew(&mut self, paused: T::Mask) {
         let zero = T::literal(0.0);
-        let rest = self.rest.renewed();
-        Self { rest, age: zero, since_correction: zero, started: T::Mask::same(false), ..self }
+        self.rest = Rest::choose(paused, &self.rest.renewed(), &self.rest);
+        self.age = T::choose(paused, zero, self.age);
+        self.since_correction = T::choose(paused, zero, self.since_correction);
+        self.started = self.started & !paused;
+    }
+
+    /// Forgets everything where it is `lost`.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn restart(&mut self, lost: T::Mask) {
+        *self = Self::choose(lost, &Self::new(), self);
     }
 
     #[inline(always)]
@@ -120,8 +130,8 @@ impl<T: Number, const N: usize> GravityState<T, N> {
     }
 
     /// `yes` where the mask is true, `no` elsewhere.
-    #[inline(never)]
-    pub(super) fn choose(mask: T::Mask, yes: Self, no: Self) -> Self {
+    #[inline(always)]
+    fn choose(mask: T::Mask, yes: &Self, no: &Self) -> Self {
         let mut levels = no.levels;
         for (i, level) in levels.levels.iter_mut().enumerate() {
             *level = Vector::choose(mask, Vector(yes.levels.levels[i]), Vector(*level)).0;

@@ -56,7 +56,8 @@ impl<T: Number> HeldRate<T> {
         let fresh = rate.is_within(T::literal(FASTEST));
         if fresh.all() {
             *self = Self { value: rate.0, age: zero };
-            return Taken { value: rate, fresh, lost: !fresh };
+            let (fresh, lost) = (T::Mask::same(true), T::Mask::same(false));
+            return Taken { value: rate, fresh, lost };
         }
         let age = self.age + dt;
         let held = age.at_most(hold);

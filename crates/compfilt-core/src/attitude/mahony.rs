@@ -149,9 +149,11 @@ impl<T: Number, const N: usize> Mahony<T, N> {
         if measured.magnetometer && !state.heading_known.all() {
             *state = state.turned_north(measured.field, measured.has_field & !state.heading_known);
         }
-        let up = Vector(state.rotation.up());
-        let innovation = self.innovation(&state.rotation, up, &measured, going, &mut flags);
-        self.correct_both(gains, state, up, innovation, &measured);
+        if (measured.has_up | measured.has_field).any() {
+            let up = Vector(state.rotation.up());
+            let innovation = self.innovation(&state.rotation, up, &measured, going, &mut flags);
+            self.correct_both(gains, state, up, innovation, &measured);
+        }
         if let Some(begun) = begun {
             *state = MahonyState::choose(going, *state, begun);
             flags.raise(Flags::NOT_STARTED, !state.started);
@@ -395,7 +397,7 @@ fn rebuilt<T: Number>(rotation: &Rotation<T>, measured: &Directions<T>) -> (Rota
 fn restart_if_lost<T: Number>(state: &mut MahonyState<T>, flags: &mut T::Flags) {
     let lost = !state.is_finite();
     if lost.any() {
-        *state = MahonyState::choose(lost, MahonyState::new(), *state);
+        state.restart(lost);
         flags.raise(Flags::RESTARTED, lost);
     }
 }

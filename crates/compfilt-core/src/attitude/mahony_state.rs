@@ -56,6 +56,7 @@ impl<T: Number> MahonyState<T> {
     }
 
     /// The first vertical, and a heading where there is one.
+    #[cold]
     #[inline(never)]
     pub(super) fn begun(self, measured: Directions<T>) -> Self {
         let mut begun = self;
@@ -66,6 +67,7 @@ impl<T: Number> MahonyState<T> {
     }
 
     /// Turns about the vertical until the field's horizontal part points north.
+    #[cold]
     #[inline(never)]
     pub(super) fn turned_north(self, field: Vector<T>, turning: T::Mask) -> Self {
         let up = Vector(self.rotation.up());
@@ -80,6 +82,13 @@ impl<T: Number> MahonyState<T> {
         // One number that is not finite makes the sum none.
         let [x, y, z] = Vector(self.bias).parts();
         (self.rotation.square() + x + y + z).is_number()
+    }
+
+    /// Forgets everything where it is `lost`.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn restart(&mut self, lost: T::Mask) {
+        *self = Self::choose(lost, Self::new(), *self);
     }
 
     /// `yes` where the mask is true, `no` elsewhere.

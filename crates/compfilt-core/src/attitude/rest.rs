@@ -89,20 +89,44 @@ impl<T: Number> RestRule<T> {
         there: T::Mask,
     ) -> T::Mask {
         let going = rest.begun & there;
-        let low_passed = self.low_pass(rest, gyro, force, dt, going);
-        let still = low_passed & self.is_still(rest, gyro, force);
-        let zero = T::literal(0.0);
-        rest.still = T::choose(still, (rest.still + dt).or_less(self.time), zero);
-        let moved = low_passed & !still;
-        rest.anchor = Vector::choose(moved, Vector(rest.force), Vector(rest.anchor)).0;
+        let mut resting = T::Mask::same(false);
+        if going.any() {
+            self.low_pass(rest, gyro, force, dt, going);
+            resting = self.wait(rest, gyro, force, dt, going);
+        } else {
+            rest.still = T::literal(0.0);
+        }
         if !going.all() {
             rest.begin(gyro, force, there & !going);
         }
-        let resting = still & self.time.at_most(rest.still);
         if resting.any() {
             self.follow(rest, dt, resting);
         }
         resting
+    }
+
+    /// How long the body has been still, where the low-passes are `going`, and where that is long enough.
+    #[inline(always)]
+    fn wait(
+        &self,
+        rest: &mut Rest<T>,
+        gyro: Vector<T>,
+        force: Vector<T>,
+        dt: T,
+        going: T::Mask,
+    ) -> T::Mask {
+        let zero = T::literal(0.0);
+        let still = going & self.is_still(rest, gyro, force);
+        if !still.all() {
+            let moved = going & !still;
+            rest.anchor = Vector::choose(moved, Vector(rest.force), Vector(rest.anchor)).0;
+        }
+        if !still.any() {
+            rest.still = zero;
+            return still;
+        }
+        rest.still = T::choose(still, (rest.still + dt).or_less(self.time), zero);
+        still & self.time.at_most(rest.still)
     }
 
     /// Low-passes both sensors where `going`.
@@ -114,7 +138,7 @@ impl<T: Number> RestRule<T> {
         force: Vector<T>,
         dt: T,
         going: T::Mask,
-    ) -> T::Mask {
+    ) {
         let age = (rest.age + dt).or_less(self.memory);
         let zero = T::literal(0.0);
         let weight = T::choose(zero.less(dt), dt / (age + dt), zero);
@@ -124,7 +148,6 @@ impl<T: Number> RestRule<T> {
         rest.gyro = Vector::choose(going, moved_gyro, gyro_mean).0;
         rest.force = Vector::choose(going, moved_force, force_mean).0;
         rest.age = T::choose(going, age, rest.age);
-        going
     }
 
     #[inline(always)]

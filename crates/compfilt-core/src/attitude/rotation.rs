@@ -102,7 +102,12 @@ impl<T: Number> Rotation<T> {
     pub fn of_turn(turn: &Vector3<T>) -> Self {
         let turn = Vector(*turn);
         let small = turn.square().at_most(T::literal(0.0625));
-        if small.all() { of_small_turn(turn) } else { of_large_turn(turn) }
+        if small.all() {
+            return of_small_turn(turn);
+        }
+        // Part by part: where a call stores its result, the small turn would be stored as well.
+        let Self { w, v } = of_large_turn(turn);
+        Self { w, v }
     }
 
     /// The same attitude after a turn by the rotation vector `turn` in rad, body axes.
@@ -179,12 +184,15 @@ impl<T: Number> Rotation<T> {
         if unique.all() {
             return levelled;
         }
-        Self::choose(unique, levelled, self.turned_over(up))
+        let [x, y, z] = up.parts();
+        Self::choose(unique, levelled, self.turned_over(x, y, z))
     }
 
+    /// `up` part by part: as a vector it would have to be stored for the call, even where there is none.
+    #[cold]
     #[inline(never)]
-    fn turned_over(self, up: Vector<T>) -> Self {
-        let [x, ..] = up.parts();
+    fn turned_over(self, x: T, y: T, z: T) -> Self {
+        let up = Vector::new(x, y, z);
         let (zero, one) = (T::literal(0.0), T::literal(1.0));
         let steep = T::literal(0.9).less(x.magnitude());
         let axis = Vector::new(T::choose(steep, zero, one), T::choose(steep, one, zero), zero);
@@ -268,6 +276,7 @@ fn of_small_turn<T: Number>(turn: Vector<T>) -> Rotation<T> {
 }
 
 /// Halved until it is small, then doubled as often; what overflows is no turn.
+#[cold]
 #[inline(never)]
 fn of_large_turn<T: Number>(turn: Vector<T>) -> Rotation<T> {
     let t = T::literal;

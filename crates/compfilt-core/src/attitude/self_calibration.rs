@@ -56,8 +56,8 @@ pub struct SelfCalibratingFilter<T> {
     block: T,
     /// Prior standard deviations of the bias in rad/s, of the matrix, and of the delay in s.
     prior: [T; 3],
-    /// What they may be at most.
-    limits: [T; 3],
+    /// What matrix and delay may be at most; the bias has the rest's limit.
+    limits: [T; 2],
     /// How fast knowledge of the bias gets old, in rad/s per √s.
     bias_walk: T,
     /// The variance density that the velocity's innovations are taken to have.
@@ -84,7 +84,7 @@ impl<T: Real> SelfCalibratingFilter<T> {
             sensors: Sensors::new(t(STRONGEST)),
             block: t(0.1),
             prior: [degree, t(0.006), t(0.010)],
-            limits: [t(2.0) * degree, t(0.05), t(0.020)],
+            limits: [t(0.05), t(0.020)],
             bias_walk: t(0.01) * degree,
             noise: T::one(),
             learn_after: t(3.0),
@@ -293,7 +293,7 @@ impl<T: Number> SelfCalibratingFilter<T> {
     #[inline(always)]
     fn learn(&self, state: &mut SelfCalibrationState<T>, time: T) {
         let [prior_bias, prior_matrix, prior_delay] = self.prior;
-        let [_, limit_matrix, limit_delay] = self.limits;
+        let [limit_matrix, limit_delay] = self.limits;
         let limit_bias = self.rest.largest_bias();
         for index in 0..PARAMETERS {
             let (prior, limit) = match index {

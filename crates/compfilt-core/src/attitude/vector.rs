@@ -52,9 +52,21 @@ impl<T: Number> Vector<T> {
         Self::new(T::choose(mask, a, x), T::choose(mask, b, y), T::choose(mask, c, z))
     }
 
+    /// The sum of the components' magnitudes: rounded it is still no smaller than any of them.
+    #[inline(always)]
+    pub(super) fn extent(&self) -> T {
+        let [x, y, z] = self.parts();
+        x.magnitude() + y.magnitude() + z.magnitude()
+    }
+
     /// Whether every component is nearer to zero than `bound`: false for what is not a number.
     #[inline(always)]
     pub(super) fn is_within(&self, bound: T) -> T::Mask {
+        use crate::Mask;
+        // One comparison says it of nearly every sample.
+        if self.extent().less(bound).all() {
+            return T::Mask::same(true);
+        }
         let [x, y, z] = self.parts();
         x.magnitude().less(bound) & y.magnitude().less(bound) & z.magnitude().less(bound)
     }
@@ -80,11 +92,12 @@ impl<T: Number> Vector<T> {
         // The squares of smaller and larger vectors may vanish or overflow.
         let common = T::literal(1e-30).less(square) & square.less(T::literal(1e30));
         if common.all() {
-            return (*self * square.reciprocal_root(), common);
+            return (*self * square.reciprocal_root(), T::Mask::same(true));
         }
         self.direction_of_any(common)
     }
 
+    #[cold]
     #[inline(never)]
     fn direction_of_any(self, common: T::Mask) -> (Self, T::Mask) {
         let largest = self.largest();

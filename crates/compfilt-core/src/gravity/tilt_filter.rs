@@ -60,7 +60,12 @@ pub struct TiltFilter<T, D> {
 impl<T: Real, D: Copy> TiltFilter<T, D> {
     /// The filter with the same design for both angles and rates at its own output.
     pub fn new(design: D, axes: Axes) -> Self {
-        let mut filter = Self { stream: Stream::new(design), axes, rates: Rates::Output };
+        Self::of(Stream::new(design), axes)
+    }
+
+    /// The filter with the same stream for both angles, which it wraps as angles in rad, and rates at its own output.
+    pub fn of(stream: Stream<T, D>, axes: Axes) -> Self {
+        let mut filter = Self { stream, axes, rates: Rates::Output };
         // 2π is a positive number: the check cannot fail.
         if let Ok(stream) = filter.stream.period(T::two_pi()) {
             filter.stream = stream;

@@ -127,15 +127,20 @@ def by_names(columns: Sequence[Column]) -> Claims:
                     tuple(column.name for column in group), _unit_of(group[0], DIMENSIONS[name], stem)
                 )
                 break
-    time = next(
-        (column for column in columns if len(column.name) <= LONGEST_NAME and TIME_NAME.search(column.name)),
-        None,
-    )
+    time = _time_of(columns)
     unit = None
     if time is not None:
         named = TIME_UNITS.search(time.name)
         unit = _parsed(time.unit or (named[1] if named else None), TIME)
     return Claims(time.name if time is not None else None, unit, None, triads)
+
+
+def _time_of(columns: Sequence[Column]) -> Column | None:
+    """Find the time: the first column that is called so, or else the first that holds times by its type."""
+    named = (
+        column for column in columns if len(column.name) <= LONGEST_NAME and TIME_NAME.search(column.name)
+    )
+    return next(named, next((column for column in columns if column.is_time), None))
 
 
 def triads_without_names(columns: Sequence[Column]) -> list[Triad]:
@@ -153,7 +158,7 @@ def _groups(columns: Sequence[Column]) -> Iterator[tuple[str, list[Column]]]:
     """Find columns whose names differ in one letter or digit only, that of the axis; give the rest of the name, and the three."""
     stems: dict[tuple[str, str], dict[str, Column]] = {}
     for column in columns:
-        if len(column.name) > LONGEST_NAME:
+        if len(column.name) > LONGEST_NAME or column.is_time:
             continue
         for match in AXIS.finditer(column.name):
             around = column.name[: match.start()], column.name[match.end() :]

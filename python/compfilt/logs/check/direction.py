@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from compfilt.logs.check.judge_gyro import Comparison
-from compfilt.logs.check.mounting import mended
+from compfilt.logs.check.lines import mended
 from compfilt.logs.check.report import Finding
 from compfilt.logs.check.rests import Rest
 from compfilt.logs.check.source import Array

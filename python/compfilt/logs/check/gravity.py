@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from compfilt.logs.check.claims import Triad
+from compfilt.logs.check.lines import mended
 from compfilt.logs.check.report import Finding
 from compfilt.logs.check.rests import Rest
 from compfilt.logs.check.source import Array
@@ -57,7 +58,6 @@ def length_of_gravity(survey: Survey, rests: list[Rest]) -> Length:
 def judge_length(length: Length, triad: Triad) -> Iterator[Finding]:
     """Yield what gravity's length says about the accelerometer's unit."""
     where = "at rest" if length.at_rest else "on average, without any rest"
-    columns = ", ".join(f'"{name}"' for name in triad.columns)
     if not np.isfinite(length.value):
         yield Finding("accelerometer unit", "unknown", "the log is too short")
         return
@@ -68,13 +68,12 @@ def judge_length(length: Length, triad: Triad) -> Iterator[Finding]:
         return
     if length.unit is None:
         claimed = triad.unit.name if triad.unit is not None else "m/s^2"
-        scale = ", ".join(f"{value * length.factor:.6g}" for value in triad.scale)
-        unknown_scale = f'accelerometer = {{ columns = [{columns}], unit = "{claimed}", scale = [{scale}] }}'
+        unknown_scale = f"accelerometer = {mended(triad, np.eye(3), claimed, length.factor)}"
         evidence = f"gravity is {length.value:.5g} long {where} in the claimed unit, which is 1 g of no unit: raw counts?"
         yield Finding("accelerometer unit", "wrong", "no unit fits gravity's length", evidence, unknown_scale)
         return
     measured = length.value * length.factor
-    fix = f'accelerometer = {{ columns = [{columns}], unit = "{length.unit.name}" }}'
+    fix = f"accelerometer = {mended(triad, np.eye(3), length.unit.name)}"
     if triad.unit is not None and length.unit != triad.unit:
         yield Finding(
             "accelerometer unit",

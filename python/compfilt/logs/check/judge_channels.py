@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from compfilt.logs.check.report import Finding, Level
 from compfilt.logs.check.survey import Survey
+from compfilt.logs.errors import quoted
 
 __all__ = ["judge_channels"]
 
@@ -32,7 +33,7 @@ def _missing(survey: Survey, place: int, name: str) -> Iterator[Finding]:
         yield Finding(
             "missing",
             level,
-            f'column "{name}" has no number in {count} rows, {part:.3g} %',
+            f"column {quoted(name)} has no number in {count} rows, {part:.3g} %",
             "",
             'missing = "coast"',
         )
@@ -47,7 +48,7 @@ def _stuck(survey: Survey, place: int, name: str) -> Iterator[Finding]:
         yield Finding(
             "stuck",
             "wrong",
-            f'column "{name}" is {channels.stuck_value[place]:g} in every row',
+            f"column {quoted(name)} is {channels.stuck_value[place]:g} in every row",
             "a sensor's noise never rests",
         )
         return
@@ -58,7 +59,7 @@ def _stuck(survey: Survey, place: int, name: str) -> Iterator[Finding]:
         yield Finding(
             "stuck",
             "wrong",
-            f'column "{name}" holds {channels.stuck_value[place]:g} for {seconds:.3g} s while the others change',
+            f"column {quoted(name)} holds {channels.stuck_value[place]:g} for {seconds:.3g} s while the others change",
             f"until row {channels.longest_end[place]}; elsewhere it changes in {100.0 * others:.0f} % of the rows",
         )
 
@@ -81,7 +82,7 @@ def _clipped(survey: Survey, sensor: str) -> Iterator[Finding]:
         return
     samples = sum(limit.samples for _, limit in found)
     where = ", ".join(
-        f'"{name}" at {limit.value:.6g} in {limit.samples} rows and {limit.places} place{"s" if limit.places > 1 else ""}'
+        f"{quoted(name)} at {limit.value:.6g} in {limit.samples} rows and {limit.places} place{'s' if limit.places > 1 else ''}"
         for name, limit in found
     )
     lowest = min(abs(limit.value * triad.factors[triad.columns.index(name)]) for name, limit in found)

@@ -7,7 +7,8 @@ import numpy as np
 
 from compfilt.logs.check.carry import Carried, carry_between_rests
 from compfilt.logs.check.fit import Fit, fit
-from compfilt.logs.check.mounting import Mounting, decide, mended
+from compfilt.logs.check.lines import mended
+from compfilt.logs.check.mounting import Mounting, decide
 from compfilt.logs.check.report import Finding, Level
 from compfilt.logs.check.rests import Rest
 from compfilt.logs.check.scale import GyroScale, read_scale

@@ -2,9 +2,12 @@
 
 from collections.abc import Iterator
 
+from compfilt.logs.check.lines import clock
 from compfilt.logs.check.report import Finding
 from compfilt.logs.check.survey import Survey
 from compfilt.logs.check.times import Times
+from compfilt.logs.errors import quoted
+from compfilt.logs.units import Unit
 
 __all__ = ["judge_time"]
 
@@ -30,7 +33,7 @@ def judge_time(survey: Survey) -> Iterator[Finding]:
             )
         return
     if not times.step:
-        yield Finding("time", "wrong", f'column "{claims.time}" never goes forward')
+        yield Finding("time", "wrong", f"column {quoted(claims.time or '')} never goes forward")
         return
     yield from _unit(survey, times)
     yield from _order(survey, times)
@@ -39,24 +42,21 @@ def judge_time(survey: Survey) -> Iterator[Finding]:
 
 def _unit(survey: Survey, times: Times) -> Iterator[Finding]:
     claims, unit = survey.claims, survey.time_unit
-    if unit is None:
+    if unit is None or claims.time is None:
         return
     rate = 1.0 / survey.period
-    fix = f'time = {{ column = "{claims.time}", unit = "{unit.name}" }}'
+    told = "" if survey.told is None else "; the log tells its unit itself"
+    fix = clock(claims.time, unit)
     jitter = 100.0 * times.spread / times.step
     evidence = f"the usual step is {times.step:g}, 90 % of the steps lie within {jitter:.2g} % of it"
-    if claims.time_unit is not None and claims.time_unit != unit:
-        claimed = 1.0 / (times.step * claims.time_unit.factor)
-        yield Finding(
-            "time unit",
-            "wrong",
-            f"the times are in {unit.name}, not in {claims.time_unit.name}",
-            f"{evidence}: that is {claimed:.3g} Hz in {claims.time_unit.name}, and {rate:.5g} Hz in {unit.name}",
-            fix,
-        )
+    if survey.told is not None and survey.told.factor != unit.factor:
+        yield _not_in(survey.told, unit, times, f"{evidence}{told}, and no recipe may say another", "")
+    elif claims.time_unit is not None and claims.time_unit.factor != unit.factor:
+        yield _not_in(claims.time_unit, unit, times, evidence + told, fix)
     else:
+        known = claims.time_unit is not None or survey.told is not None
         yield Finding(
-            "rate", "note", f"{rate:.6g} Hz, time in {unit.name}", evidence, "" if claims.time_unit else fix
+            "rate", "note", f"{rate:.6g} Hz, time in {unit.name}", evidence + told, "" if known else fix
         )
     if jitter > 100.0:
         yield Finding(
@@ -67,8 +67,19 @@ def _unit(survey: Survey, times: Times) -> Iterator[Finding]:
         )
 
 
+def _not_in(said: Unit, unit: Unit, times: Times, evidence: str, fix: str) -> Finding:
+    return Finding(
+        "time unit",
+        "wrong",
+        f"the times are in {unit.name}, not in {said.name}",
+        f"{evidence}: that is {1.0 / (times.step * said.factor):.3g} Hz in {said.name}, and "
+        f"{1.0 / (times.step * unit.factor):.5g} Hz in {unit.name}",
+        fix,
+    )
+
+
 def _order(survey: Survey, times: Times) -> Iterator[Finding]:
-    name = survey.claims.time
+    name = quoted(survey.claims.time or "")
     if times.untimed.count:
         yield Finding("time", "wrong", f"{times.untimed.count} rows have no time", times.untimed.where())
     if times.back.count:
@@ -76,7 +87,7 @@ def _order(survey: Survey, times: Times) -> Iterator[Finding]:
         yield Finding(
             "backwards time",
             "wrong",
-            f'column "{name}" runs backwards {_times(times.back.count)}, by up to {times.back.largest:g} {unit}',
+            f"column {name} runs backwards {_times(times.back.count)}, by up to {times.back.largest:g} {unit}",
             f"{times.back.where()}; no recipe mends it: sort the log or cut it there",
         )
     if times.repeated.count:

@@ -6,16 +6,14 @@ M = det(P_v) P_v P_w'. Its determinant is that of P_w, so a left-handed gyro is 
 looks like two gyro axes that are; and an accelerometer with all three negated looks like itself: that takes the direction of gravity.
 """
 
-import json
 from dataclasses import dataclass
 
 import numpy as np
 
-from compfilt.logs.check.claims import Triad
 from compfilt.logs.check.source import Array
 from compfilt.logs.check.turning import Trial
 
-__all__ = ["Mounting", "decide", "mended", "toml_text", "turned_columns"]
+__all__ = ["Mounting", "decide"]
 
 EYE = np.eye(3)
 
@@ -109,28 +107,3 @@ def _undone(found: Array) -> Array:
 def _size(matrix: Array) -> int:
     """Count the columns that are moved, twice, and those that are negated."""
     return 2 * int(np.sum(np.diag(matrix) == 0.0)) + int(np.sum(matrix < 0.0))
-
-
-def turned_columns(triad: Triad, matrix: Array) -> tuple[tuple[str, ...], tuple[float, ...]]:
-    """Return the columns in the right order and the sign of each."""
-    order = np.argmax(np.abs(matrix), axis=1)
-    return tuple(triad.columns[place] for place in order), tuple(
-        float(matrix[row, place]) for row, place in enumerate(order)
-    )
-
-
-def toml_text(text: str) -> str:
-    """Write a text as TOML has it: as JSON does, but that DEL is escaped too."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def mended(triad: Triad, matrix: Array, unit: str, factor: float = 1.0) -> str:
-    """Write a signal of a recipe: the columns in the right order, with unit and scale."""
-    columns, signs = turned_columns(triad, matrix)
-    scales = dict(zip(triad.columns, triad.scale, strict=True))
-    scale = [sign * scales[column] * factor for column, sign in zip(columns, signs, strict=True)]
-    named = ", ".join(map(toml_text, columns))
-    text = f'{{ columns = [{named}], unit = "{unit}"'
-    if any(abs(value - 1.0) > 1e-9 for value in scale):
-        text += f", scale = [{', '.join(f'{value:.6g}' for value in scale)}]"
-    return text + " }"

@@ -3,7 +3,7 @@
 from compfilt.logs.check.direction import gravity_axes
 from compfilt.logs.check.gravity import Length
 from compfilt.logs.check.judge_gyro import Comparison
-from compfilt.logs.check.mounting import mended, toml_text
+from compfilt.logs.check.lines import clock, mended, toml_text
 from compfilt.logs.check.source import Array
 from compfilt.logs.check.survey import Survey
 
@@ -48,7 +48,7 @@ def propose(survey: Survey, seen: Comparison, length: Length, direction: Array) 
 def _clock(survey: Survey, seen: Comparison) -> str:
     claims = survey.claims
     if claims.time is not None and survey.time_unit is not None:
-        return f'time = {{ column = {toml_text(claims.time)}, unit = "{survey.time_unit.name}" }}'
+        return clock(claims.time, survey.time_unit)
     rate = 1.0 / survey.period
     if not seen.scale.claimed and seen.scale.unit is None:
         rate /= seen.scale.factor

@@ -20,6 +20,7 @@ MOST = 12
 
 def by_behaviour(path: str | Path, columns: list[Column], named: Claims) -> Claims:
     """Complete what the names say: the time is a column that goes forward, the gyro turns what the accelerometer reads."""
+    columns = [column for column in columns if not column.is_time]
     time = named.time if named.time is not None else _goes_forward(path, columns)
     rest = [column for column in columns if column.name != time]
     if named.has_both:

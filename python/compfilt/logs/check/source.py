@@ -8,7 +8,11 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
+from compfilt.logs.clock import told_unit
 from compfilt.logs.readers import Columns, open_log, read_schema
+from compfilt.logs.readers.base import is_time
+from compfilt.logs.ticks import Ticks
+from compfilt.logs.units import Unit
 
 __all__ = ["Array", "Chunk", "Column", "Mask", "number_columns", "read_chunks"]
 
@@ -21,26 +25,41 @@ CHUNK_ROWS = 65_536
 
 
 class Column(NamedTuple):
-    """A column of numbers, with the unit that the file gives it, if it does."""
+    """A column of numbers or of times, with the unit that the file gives it, if it does."""
 
     name: str
     unit: str | None
+    is_time: bool = False
 
 
 class Chunk(NamedTuple):
-    """Some rows: the time in the column's unit counted from the log's first, None without; the signals (n, c)."""
+    """Some rows.
+
+    Attributes
+    ----------
+    ticks
+        (n,) the time in the column's unit, whole numbers counted from the log's first; None without.
+    values
+        (n, c) the signals.
+    told
+        The unit of the time, if the file tells it.
+    """
 
     ticks: Array | None
     values: Array
+    told: Unit | None = None
 
 
 def number_columns(path: str | Path) -> list[Column]:
-    """List the columns that hold numbers, once each."""
+    """List the columns that hold numbers or times and whose name no other has."""
     schema = read_schema(path)
     found = []
     for item in schema:
-        numbers = pa.types.is_integer(item.type) or pa.types.is_floating(item.type)
-        if numbers and schema.names.count(item.name) == 1:
+        if schema.names.count(item.name) > 1:
+            continue
+        if is_time(item.type):
+            found.append(Column(item.name, item.type.unit, is_time=True))
+        elif pa.types.is_integer(item.type) or pa.types.is_floating(item.type):
             unit = (item.metadata or {}).get(b"unit")
             found.append(Column(item.name, unit.decode(errors="replace") if unit else None))
     return found
@@ -68,7 +87,9 @@ def _evenly(batches: Iterator[pa.RecordBatch]) -> Iterator[pa.RecordBatch]:
         yield _joined(held)
 
 
-def read_chunks(path: str | Path, time: str | None, signals: Sequence[str]) -> Iterator[Chunk]:
+def read_chunks(
+    path: str | Path, time: str | None, signals: Sequence[str], separator: str | None = None
+) -> Iterator[Chunk]:
     """Yield the rows of a log in order, at most 65 536 at a time.
 
     Raises
@@ -76,22 +97,13 @@ def read_chunks(path: str | Path, time: str | None, signals: Sequence[str]) -> I
     LogError
         The log cannot be read, or a column is missing or holds something else than numbers.
     """
-    origin: np.generic | None = None
-    with open_log(path, Columns(tuple(signals), () if time is None else (time,))) as reader:
+    count = Ticks()
+    columns = Columns(tuple(signals), () if time is None else (time,), separator=separator)
+    with open_log(path, columns) as reader:
+        told = None if time is None else told_unit(reader.schema.field(time))
         for batch in _evenly(reader.batches()):
             # One row a sample, so that the memory of a row lies together.
             values = np.empty((batch.num_rows, len(signals)))
             for place, name in enumerate(signals):
                 values[:, place] = batch.column(name).to_numpy(zero_copy_only=False)
-            if time is None:
-                yield Chunk(None, values)
-                continue
-            ticks = batch.column(time).to_numpy(zero_copy_only=False)
-            # Before they become floats: those resolve an epoch in nanoseconds to 0.2 us only.
-            if origin is None:
-                origin = (
-                    ticks[0]
-                    if np.issubdtype(ticks.dtype, np.integer) or np.isfinite(ticks[0])
-                    else ticks.dtype.type(0)
-                )
-            yield Chunk((ticks - origin).astype(np.float64), values)
+            yield Chunk(None if time is None else count.take(batch.column(time)), values, told)

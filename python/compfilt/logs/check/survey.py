@@ -28,8 +28,10 @@ class Survey:
         What was claimed. The values are in SI as far as it goes.
     times
         The time column; None if there is none.
+    told
+        The unit that the file itself tells of it; None if it does not.
     time_unit
-        The unit in which it was read: the claimed one, unless that cannot be.
+        The unit in which it was read: the one that is told, or else claimed, unless that cannot be.
     period
         The usual step in seconds in that unit.
     channels, segments
@@ -40,6 +42,7 @@ class Survey:
 
     claims: Claims
     times: Times | None
+    told: Unit | None
     time_unit: Unit | None
     period: float
     channels: Channels
@@ -65,14 +68,17 @@ def survey(path: str | Path, claims: Claims) -> Survey:
     times = Times() if claims.time is not None else None
     channels = Channels(len(columns))
     slicer: Slicer | None = None
+    told: Unit | None = None
     unit = claims.time_unit
     period = 1.0 / claims.rate if claims.rate is not None else UNKNOWN_PERIOD
-    for ticks, values in read_chunks(path, claims.time, columns):
+    separator = None if claims.recipe is None else claims.recipe.separator
+    for ticks, values, told in read_chunks(path, claims.time, columns, separator):
         same = channels.follow(values)
         steps = np.full(len(values), period)
         if times is not None and ticks is not None:
             ticks_apart = times.follow(ticks, same)
             if slicer is None and times.step:
+                unit = told or unit
                 if unit is None or not possible_rate(1.0 / (times.step * unit.factor)):
                     unit = likely_unit(times.step)
                 period = times.step * unit.factor
@@ -81,7 +87,7 @@ def survey(path: str | Path, claims: Claims) -> Survey:
             slicer = Slicer(len(columns), period)
         slicer.follow(values * factors, steps)
     segments = slicer.finish() if slicer is not None else Slicer(len(columns), period).finish()
-    return Survey(claims, times, unit, period, channels, segments, channels.rows)
+    return Survey(claims, times, told, unit, period, channels, segments, channels.rows)
 
 
 def _factors(claims: Claims) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 import compfilt
-from compfilt.logs.errors import RecipeError, UsageError
+from compfilt.logs.errors import RecipeError, UsageError, printable
 from compfilt.logs.kinds.attitude import Attitude
 from compfilt.logs.kinds.linear import Linear
 from compfilt.logs.kinds.tilt import Tilt
@@ -97,7 +97,8 @@ class Subject:
             # The same checks as for a log, at this rate.
             filter_.start(fs, np.float32, hold=hold)
             parts = filter_.method if isinstance(filter_, Attitude) else filter_.design
-            return cls(filter_, parts.build(), fs, hold, Path(recipe.source).name)
+            # The name stands in a comment: a line break in it must not end that, and be code.
+            return cls(filter_, parts.build(), fs, hold, printable(Path(recipe.source).name))
         except (ValueError, TypeError) as error:
             raise RecipeError(f"{recipe.source}: [filter] {error}") from None
 

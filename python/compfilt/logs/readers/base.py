@@ -40,18 +40,20 @@ MOST_FIELDS = 10_000
 class Columns(NamedTuple):
     """The columns to read, and how they are separated in a text file.
 
-    The signals must hold numbers, the time numbers or times, and the kept ones may hold anything.
+    The signals must hold numbers, the time numbers or times, and the kept ones may hold anything. Those that are `written` are kept too,
+    but of a text file they are the fields as they stand there.
     """
 
     signals: tuple[str, ...]
     time: tuple[str, ...] = ()
     keep: tuple[str, ...] = ()
     separator: str | None = None
+    written: tuple[str, ...] = ()
 
     @property
     def all(self) -> list[str]:
         """Every column once."""
-        return list(dict.fromkeys((*self.time, *self.signals, *self.keep)))
+        return list(dict.fromkeys((*self.time, *self.signals, *self.keep, *self.written)))
 
 
 class LogReader(Protocol):

@@ -151,8 +151,9 @@ class _Form:
 
 
 def _types(first: Any, columns: Columns) -> dict[str, Any]:  # noqa: ANN401 - a table, and types
-    """Choose the types of the columns: numbers for the signals, what they begin with for the others."""
-    types = {name: _kept_type(first.column(name)) for name in columns.keep}
+    """Choose the types of the columns: numbers for the signals, text for the written, what they begin with for the others."""
+    types: dict[str, Any] = dict.fromkeys(columns.written, pa.string())
+    types |= {name: _kept_type(first.column(name)) for name in columns.keep}
     types |= {name: _kept_type(first.column(name), LARGE_TICKS) for name in columns.time}
     for name in columns.time:
         if is_time(types[name]):

@@ -7,15 +7,14 @@ side and on the other, then on the road.
 """
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from compfilt.motion import GRAVITY, Array, Motion, body_rates, specific_force
+from compfilt.motion import GRAVITY, Array, Motion, mean_rates, specific_force
+from compfilt.simulate.length import samples_in
 
-__all__ = ["SensorErrors", "child_seat", "measure", "seat_motion", "static_length", "write"]
+__all__ = ["SensorErrors", "child_seat", "measure", "seat_motion", "static_length"]
 
 
 @dataclass(frozen=True)
@@ -89,12 +88,7 @@ def child_seat(
     >>> len(log["t"]), bool(abs(log["true_roll"]).max() > 15.0)
     (500, True)
     """
-    for name, value in (("duration", duration), ("rate", rate)):
-        if not (math.isfinite(value) and value > 0.0):
-            raise ValueError(f"{name} must be positive and finite, not {value:g}")
-    samples = round(duration * rate)
-    if samples < 1:
-        raise ValueError(f"duration times rate must be at least one sample, not {duration * rate:g}")
+    samples = samples_in(duration, rate)
     rng = np.random.default_rng(seed)
     motion = seat_motion(duration, rng)
     t = np.arange(samples) / rate
@@ -175,10 +169,7 @@ def _turn(motion: Motion, now: float, yaw_rate: float, speed: float, hold: float
 
 def measure(motion: Motion, t: Array, rate: float, errors: SensorErrors, rng: np.random.Generator) -> Array:
     """Return what the sensor logs, (n, 6): the accelerometer in g, then the gyro in deg/s."""
-    # The mean over the interval just ended, by Gauss-Legendre quadrature: exact for polynomials up to degree 7.
-    nodes, weights = np.polynomial.legendre.leggauss(4)
-    instants = (t[:, None] + (nodes - 1.0) / (2.0 * rate)).ravel()
-    gyro = np.degrees(np.tensordot(body_rates(motion, instants).reshape(t.size, 4, 3), weights / 2.0, (1, 0)))
+    gyro = np.degrees(mean_rates(motion, t, rate))
     accelerometer = specific_force(motion, t) / GRAVITY
     bandwidth = math.sqrt(rate / 2.0)
     walk = rng.normal(0.0, errors.gyro_walk / math.sqrt(rate), (t.size, 3)).cumsum(axis=0)
@@ -196,33 +187,3 @@ def _bias(largest: float, rng: np.random.Generator) -> Array:
     """Draw a bias for each axis: either sign, between half of the largest and all of it."""
     size, sign = rng.uniform(0.5, 1.0, 3), rng.choice([-1.0, 1.0], 3)
     return np.asarray(largest * size * sign)
-
-
-UNITS = {
-    name: unit
-    for unit, names in {"s": ["t"], "g": ["ax", "ay", "az"], "deg/s": ["gx", "gy", "gz"]}.items()
-    for name in names
-}
-
-
-def write(columns: Mapping[str, Array], path: str | Path) -> None:
-    """Write the columns of a simulated log to a CSV or Parquet file; needs the extra ``logs``.
-
-    Raises
-    ------
-    UsageError
-        The file's ending is not known.
-    LogError
-        The file cannot be written; nothing is left behind.
-    """
-    import pyarrow as pa  # noqa: PLC0415 - simulating needs numpy only
-
-    from compfilt.logs.writers import check_ending, create_log  # noqa: PLC0415
-
-    check_ending(Path(path))
-    fields = [pa.field(name, pa.float64(), metadata={"unit": UNITS.get(name, "deg")}) for name in columns]
-    batch = pa.RecordBatch.from_arrays(
-        [pa.array(values) for values in columns.values()], schema=pa.schema(fields)
-    )
-    with create_log(Path(path), batch.schema) as writer:
-        writer.write(batch)

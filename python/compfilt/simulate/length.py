@@ -1,0 +1,26 @@
+"""How long a simulated log is."""
+
+import math
+
+__all__ = ["positive", "samples_in"]
+
+
+def samples_in(duration: float, rate: float) -> int:
+    """Return the number of samples in `duration` seconds at `rate` Hz.
+
+    Raises
+    ------
+    ValueError
+        One of them is not positive and finite, or there is no sample.
+    """
+    samples = round(positive("duration", duration) * positive("rate", rate))
+    if samples < 1:
+        raise ValueError(f"duration times rate must be at least one sample, not {duration * rate:g}")
+    return samples
+
+
+def positive(name: str, value: float) -> float:
+    """Return the value if it is positive and finite."""
+    if not (math.isfinite(value) and value > 0.0):
+        raise ValueError(f"{name} must be positive and finite, not {value:g}")
+    return value
