@@ -472,9 +472,9 @@ impl LinearFilter {
     /// Examples
     /// --------
     /// >>> import compfilt as cf
-    /// >>> system = cf.PiForm(kp=2.0, ki=1.0).to_scipy()
-    /// >>> system.poles.real.round(6)
-    /// array([-1., -1.])
+    /// >>> cf.PiForm(kp=2.0, ki=1.0).to_scipy().A
+    /// array([[-2.,  1.],
+    ///        [-1.,  0.]])
     /// >>> cf.FirstOrder(tau=1.0).to_scipy(fs=4.0).A
     /// array([[0.8]])
     #[pyo3(signature = (*, fs=None, rule="backward_euler", all_levels=false))]

@@ -122,11 +122,12 @@ def _why_not(system: System, *, low_pass_fits: bool) -> str:
     if abs(gain - 1.0) > TOLERANCE:
         return f"system must pass a constant measurement unchanged, its gain is {gain:.6g}"
     if low_pass_fits:
-        return (
+        text = (
             "system must pass with its second input what its first holds back: their branches must sum to 1"
         )
-    text = (
-        "system must have the last terms of its denominator as the numerator of its low-pass, as in "
-        "(k_1 s + k_2)/(s^2 + k_1 s + k_2)"
-    )
+    else:
+        text = (
+            "system must have the last terms of its denominator as the numerator of its low-pass, as in "
+            "(k_1 s + k_2)/(s^2 + k_1 s + k_2)"
+        )
     return text + (", by the rule that is given" if system.dt else "")
