@@ -56,4 +56,4 @@ def setup(app: object) -> None:
     """Connect what the helpers do."""
     app.connect("doctree-read", use_figures_of_this_build)
     app.connect("doctree-read", words_are_no_names)
-    app.connect("autodoc-process-docstring", plain_text)
+    app.connect("autodoc-process-docstring", plain_text, priority=400)  # before napoleon adds its markup
