@@ -83,7 +83,7 @@ $(SITE): $(EXTENSION) requirements/docs.txt
 # anew; warnings, among them links that lead nowhere, are errors.
 docs: $(SITE) ## The documentation site, in docs/_build/html
 	set -e; for folder in $(GALLERY); do $(BIN)/python examples/$$folder/reproduce.py docs/_build/figures/$$folder >/dev/null; done
-	RUSTDOCFLAGS="--deny warnings" cargo doc --locked --quiet --no-deps --package compfilt-core --package compfilt-capi
+	RUSTDOCFLAGS="--deny warnings" cargo doc --locked --quiet --no-deps --package compfilt-core
 	$(BIN)/sphinx-build --quiet --nitpicky --fail-on-warning --keep-going -c docs . docs/_build/html
 	rm -rf docs/_build/html/rust && cp -r target/doc docs/_build/html/rust
 	$(BIN)/python scripts/check_site.py docs/_build/html
