@@ -10,9 +10,11 @@ RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml
 PACKAGES := $(VENV)/.packages
 EXTENSION := $(VENV)/.extension
 BENCH := $(VENV)/.bench
+SITE := $(VENV)/.site
 LARGEST := 1e7
+GALLERY := $(patsubst examples/%/reproduce.py,%,$(wildcard examples/*/reproduce.py))
 
-.PHONY: help develop demo examples test test-rust test-python test-firmware firmware firmware-c lint format instructions bench bench-rust bench-python cost fuzz audit vectors wheel clean
+.PHONY: help develop demo examples test test-rust test-python test-firmware firmware firmware-c lint format instructions docs bench bench-rust bench-python cost fuzz audit vectors wheel clean
 .DEFAULT_GOAL := help
 
 help: ## This list
@@ -73,6 +75,19 @@ format: $(PACKAGES) ## Format everything
 instructions: $(PACKAGES) ## Instructions per sample of every filter against their budgets (callgrind)
 	$(BIN)/python scripts/count_instructions.py
 
+$(SITE): $(EXTENSION) requirements/docs.txt
+	$(BIN)/python -m pip install --quiet --requirement requirements/docs.txt
+	touch $@
+
+# The source folder is the project's root, so that links work in the site as they do in the project. The gallery's figures are drawn
+# anew; warnings, among them links that lead nowhere, are errors.
+docs: $(SITE) ## The documentation site, in docs/_build/html
+	set -e; for folder in $(GALLERY); do $(BIN)/python examples/$$folder/reproduce.py docs/_build/figures/$$folder >/dev/null; done
+	RUSTDOCFLAGS="--deny warnings" cargo doc --locked --quiet --no-deps --package compfilt-core
+	$(BIN)/sphinx-build --quiet --nitpicky --fail-on-warning --keep-going -c docs . docs/_build/html
+	rm -rf docs/_build/html/rust && cp -r target/doc docs/_build/html/rust
+	$(BIN)/python scripts/check_site.py docs/_build/html
+
 bench: bench-rust bench-python cost ## All benches
 
 bench-rust: ## Latency per sample of every filter, throughput of slices (Criterion)
@@ -104,4 +119,4 @@ wheel: $(PACKAGES) ## A wheel and a source distribution in dist
 	$(BIN)/maturin sdist --out dist
 
 clean: ## Remove what was built
-	rm -rf target dist $(VENV)
+	rm -rf target dist docs/_build $(VENV)
