@@ -5,12 +5,15 @@ import importlib
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from matplotlib import pyplot as plt
 from scipy import signal
 
 import compfilt as cf
 from compfilt import plot
 from compfilt.noise import AllanCurve, Spectrum
+from compfilt.plot.averages import averages
 
 plt.switch_backend("agg")
 
@@ -68,14 +71,83 @@ def test_responses_are_the_closed_forms():
 
 
 def test_the_spectrum_that_comes_out():
+    """Between the least and the greatest of some neighbours the closed form hardly changes."""
     f = np.linspace(0.0, 50.0, 5001)
     spectra = Spectrum(f, np.full(f.size, 4e-4)), Spectrum(f, np.full(f.size, 1e-4))
     figure = plot.spectra(*spectra, cf.FirstOrder(2.0), unit="rad")
     (found,) = [each for each in figure.axes[0].lines if each.get_label().startswith("output")]
     x, y = found.get_xydata().T
-    np.testing.assert_allclose(y, (4e-4 + 1e-4 * 4.0) / (1.0 + (2.0 * np.pi * x * 2.0) ** 2), rtol=1e-9)
+    omega = 2.0 * np.pi * x * 2.0
+    np.testing.assert_allclose(y, (4e-4 + 1e-4 * 4.0) / (1.0 + omega**2), rtol=2e-3)
+    over = figure.axes[1]
+    np.testing.assert_allclose(line(over, "|LP|², right axis")[1], 1.0 / (1.0 + omega**2), rtol=2e-3)
+    np.testing.assert_allclose(line(over, "|HP|², right axis")[1], omega**2 / (1.0 + omega**2), rtol=2e-3)
+    # A decade is as high on both axes.
+    assert np.divide(*over.get_ylim()) == pytest.approx(np.divide(*figure.axes[0].get_ylim()))
     with pytest.raises(ValueError, match=r"^derivative must be the spectrum of one channel"):
         plot.spectra(spectra[0], Spectrum(f, np.ones((f.size, 3))), cf.FirstOrder(2.0))
+
+
+@given(size=st.integers(2, 3000), seed=st.integers(0, 2**32 - 1))
+def test_averages_keep_the_power_and_the_lines(size, seed):
+    random = np.random.default_rng(seed)
+    f, density = np.arange(1.0, size + 1.0) * 0.01, random.exponential(size=size)
+    density[random.integers(size)] = 1e3
+    shown = averages(f, density)
+    counts = np.diff(np.searchsorted(f, shown.frequency), append=size)
+    assert shown.greatest.max() == 1e3
+    assert shown.least.min() == density.min()
+    assert np.all((shown.least <= shown.mean * (1 + 1e-12)) & (shown.mean <= shown.greatest * (1 + 1e-12)))
+    assert counts.size <= np.ceil(50 * np.log10(size)) + 1
+    # The groups are disjoint and leave no frequency out: their sums are the whole.
+    group = np.floor(50.0 * np.log10(f))
+    sizes = np.unique(group, return_counts=True)[1]
+    assert sizes @ shown.mean == pytest.approx(density.sum())
+
+
+def test_a_line_stands_out_of_the_spectrum_of_a_channel():
+    f = np.linspace(0.0, 500.0, 50001)
+    density = np.full(f.size, 4e-6)
+    density[40000] = 4e-2
+    figure, axes = plt.subplots()
+    assert plot.spectrum(Spectrum(f, density), label="x", unit="m/s^2", ax=axes) is figure
+    plot.spectrum(Spectrum(f, density), label="y", unit="m/s^2", ax=axes)
+    assert axes.get_ylabel() == "one-sided density / ((m/s²)/√Hz)"
+    assert len({each.get_marker() for each in axes.lines}) == 2
+    x, y = line(axes, "x")
+    assert x.size < 300
+    assert y.min() == pytest.approx(2e-3)
+    assert max(path.vertices[:, 1].max() for path in axes.collections[0].get_paths()) == pytest.approx(0.2)
+    for wrong, message in (
+        (np.ones((f.size, 3)), "noise must be the spectrum of one channel"),
+        (np.ones(1), "noise must have frequencies above 0"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            plot.spectrum(Spectrum(f[: len(wrong)], wrong))
+
+
+def test_the_sheet_has_what_the_single_pictures_have():
+    drawn, fs = cf.PiForm(2.0, 1.0), 20.0
+    sheet = plot.design(drawn, fs=fs, rule="matched").axes
+    step, bias = (
+        draw(drawn, fs=fs, rule="matched").axes[0] for draw in (plot.step_response, plot.bias_response)
+    )
+    magnitude, phase = plot.bode(drawn, fs=fs, rule="matched").axes
+    single = [magnitude, plot.poles(drawn).axes[0], phase, step, bias]
+    assert len(sheet) == len(single)
+    for ours, theirs in zip(sheet, single, strict=True):
+        assert ours.get_xlabel() == theirs.get_xlabel()
+        assert ours.get_ylabel() == theirs.get_ylabel()
+        for one, other in zip(ours.lines, theirs.lines, strict=True):
+            np.testing.assert_array_equal(one.get_xydata(), other.get_xydata())
+    assert not np.array_equal(
+        line(plot.step_response(drawn, fs=fs).axes[0], "estimate"), line(step, "estimate")
+    )
+
+
+def test_too_many_samples_are_refused():
+    with pytest.raises(ValueError, match=r"^fs \* duration must be at most 1e\+07 samples, got 8e\+07$"):
+        plot.step_response(cf.FirstOrder(1e4), fs=1000.0)
 
 
 def test_allan_curves_share_axes():
@@ -98,6 +170,6 @@ def test_several_designs_and_wrong_ones(draw):
         draw(3.0)
 
 
-@pytest.mark.parametrize("name", ["allan", "bode", "poles", "responses", "results", "spectra"])
+@pytest.mark.parametrize("name", ["allan", "bode", "design", "poles", "responses", "results", "spectra"])
 def test_examples(name):
     assert doctest.testmod(importlib.import_module(f"compfilt.plot.{name}")).failed == 0

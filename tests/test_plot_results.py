@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
@@ -419,6 +420,8 @@ keep = ["t"]
             'out.jpg: cannot write a file that ends in ".jpg"; use .png or .pdf or .svg',
         ),
         (["result.parquet", "-o", "no/out.png"], 2, "no: there is no such folder"),
+        (["result.parquet", "--fs", "9"], 2, "--fs goes with a recipe: a result has its own times"),
+        (["none.toml"], 2, "none.toml: the recipe cannot be read: No such file or directory"),
         (["result.parquet", "-o", "."], 2, ".: this is a folder, not a file"),
     ],
 )
@@ -426,6 +429,82 @@ def test_the_command_refuses(tmp_path, arguments, status, line):
     written(tmp_path, result())
     one_line(compfilt("plot", *arguments, cwd=tmp_path), status, line)
     assert [entry.name for entry in tmp_path.iterdir()] == ["result.parquet"]
+
+
+# ------------------------------------------------------------------------------------------------------------- recipes
+
+RECIPES = Path(__file__).resolve().parent.parent / "examples/recipes"
+
+PI = """
+version = 1
+[log]
+rate = 100.0
+measurement = { column = "angle", unit = "deg" }
+derivative = { column = "rate", unit = "deg/s" }
+[filter]
+kind = "pi"
+kp = 2.0
+ki = 1.0
+rule = "matched"
+[output]
+columns = ["estimate"]
+unit = "deg"
+"""
+
+
+def test_a_recipe_is_drawn_at_its_rate_and_by_its_rule(tmp_path, monkeypatch):
+    path = tmp_path / "angle.toml"
+    path.write_text(PI)
+    titles = []
+    monkeypatch.setattr(Figure, "suptitle", lambda _, title: titles.append(title))
+    assert plot.save_design(path) == tmp_path / "angle.png"
+    plot.save_design(path, fs=50.0, force=True)
+    path.write_text(PI.replace("rate = 100.0", 'time = { column = "t", unit = "s" }'))
+    plot.save_design(path, force=True)
+    pi = "PiForm(kp=2.0, ki=1.0)"
+    assert titles == [f"{pi}, 100 Hz, matched poles", f"{pi}, 50 Hz, matched poles", f"{pi}, continuous"]
+
+
+@pytest.mark.parametrize("name", ["angle", "height", "cube"])
+def test_the_examples_recipes_are_drawn(tmp_path, name):
+    out = plot.save_design(RECIPES / f"{name}.toml", tmp_path / "out.svg")
+    assert out.read_bytes().startswith(SIGNATURES[".svg"])
+
+
+def test_the_command_draws_a_recipe(tmp_path):
+    (tmp_path / "angle.toml").write_text(PI)
+    one_line(compfilt("plot", "angle.toml", cwd=tmp_path), 0, "angle.toml -> angle.png")
+    assert (tmp_path / "angle.png").read_bytes().startswith(SIGNATURES[".png"])
+    refused = "angle.png: is already there; --force replaces it"
+    one_line(compfilt("plot", "angle.toml", cwd=tmp_path), 2, refused)
+    again = ("plot", "angle.toml", "--fs", 20, "--force")
+    one_line(compfilt(*again, cwd=tmp_path), 0, "angle.toml -> angle.png")
+
+
+@pytest.mark.parametrize(
+    ("changes", "arguments", "line"),
+    [
+        ({}, ["--fs", 0], "angle.toml: fs must be positive and finite, got 0.0"),
+        ({}, ["--fs", 1e9], "angle.toml: fs * duration must be at most 1e+07 samples, got 8e+09"),
+        ({"kp = 2.0": "kp = -2.0"}, [], "angle.toml: [filter] kp must be positive and finite"),
+        ({}, ["-o", "out.jpg"], 'out.jpg: cannot write a file that ends in ".jpg"; use .png or .pdf or .svg'),
+    ],
+)
+def test_designs_that_cannot_be_drawn(tmp_path, changes, arguments, line):
+    text = PI
+    for old, new in changes.items():
+        text = text.replace(old, new)
+    (tmp_path / "angle.toml").write_text(text)
+    one_line(compfilt("plot", "angle.toml", *arguments, cwd=tmp_path), 2, line)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["angle.toml"]
+
+
+@pytest.mark.parametrize("kind", ["attitude", "array"])
+def test_kinds_without_a_design_say_so(tmp_path, kind):
+    reason = "has no linear design to draw; plot the result of compfilt run"
+    with pytest.raises(UsageError, match=f'kind = "{kind}" {reason}$'):
+        plot.save_design(RECIPES / f"{kind}.toml", tmp_path / "out.png")
+    assert not list(tmp_path.iterdir())
 
 
 WITHOUT = """

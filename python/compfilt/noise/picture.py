@@ -4,8 +4,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from compfilt.logs.errors import UsageError
 from compfilt.noise.channel import ChannelNoise
 from compfilt.noise.curves import Spectrum
@@ -25,24 +23,17 @@ def draw(report: NoiseReport) -> Any:  # noqa: ANN401 - a figure of matplotlib
     from matplotlib.figure import Figure  # noqa: PLC0415
 
     plot = import_module("compfilt.plot")
-    figure = Figure(figsize=(12.0, 8.0), layout="constrained")
+    figure = Figure(figsize=(15.0, 8.0), layout="constrained")
     axes = figure.subplots(2, 2)
     for row, sensor in zip(axes, (report.gyro, report.accelerometer), strict=True):
         names = {channel.name for channel in sensor}
         running = [vibration for vibration in report.motors if vibration.name in names]
-        _draw_spectra(row[0], _spectra(sensor, running), sensor[0].unit)
+        for name, spectrum in _spectra(sensor, running):
+            plot.spectrum(spectrum, label=name, unit=sensor[0].unit, ax=row[0])
         for channel in sensor:
             if channel.curve is not None:
                 plot.allan(channel.curve, channel.fit, label=channel.name, unit=channel.unit, ax=row[1])
     return figure
-
-
-def _draw_spectra(axes: Any, found: list[tuple[str, Spectrum]], unit: str) -> None:  # noqa: ANN401
-    for label, each in found:
-        axes.loglog(each.frequency[1:], np.sqrt(each.density[1:]), lw=0.8, label=label)
-    axes.set(xlabel="frequency / Hz", ylabel=f"one-sided density / (({unit})/√Hz)")
-    axes.grid(color="0.9", lw=0.6)
-    axes.legend(fontsize="small")
 
 
 def _spectra(sensor: tuple[ChannelNoise, ...], running: list[Vibration]) -> list[tuple[str, Spectrum]]:
@@ -58,22 +49,13 @@ def check_picture(path: Path, *, force: bool) -> None:
     UsageError
         It is already there, there is no folder for it, its ending is not known, or matplotlib is missing.
     """
-    from compfilt.logs.writers import check_ending, check_target  # noqa: PLC0415
-
     try:
-        endings = import_module("compfilt.plot").ENDINGS
+        files = import_module("compfilt.plot.files")
     except ModuleNotFoundError as error:
         raise UsageError(str(error)) from None
-    check_target(path, force=force)
-    check_ending(path, endings)
-    if not path.parent.is_dir():
-        raise UsageError(f"{path.parent}: there is no such folder")
+    files.check_file(path, force=force)
 
 
 def save_picture(report: NoiseReport, path: Path) -> None:
     """Draw a report into a file that is either complete or not there."""
-    from compfilt.logs.writers import complete_file  # noqa: PLC0415
-
-    figure = draw(report)
-    with complete_file(path) as file:
-        figure.savefig(file, format=path.suffix[1:].lower(), dpi=150)
+    import_module("compfilt.plot.files").write(draw(report), path)

@@ -20,10 +20,12 @@ except ModuleNotFoundError as error:
 
 from compfilt.plot.allan import allan
 from compfilt.plot.bode import bode
+from compfilt.plot.design import design, save_design
+from compfilt.plot.files import ENDINGS
 from compfilt.plot.poles import poles
 from compfilt.plot.responses import bias_response, step_response
-from compfilt.plot.results import ENDINGS, attitude, result, save
-from compfilt.plot.spectra import spectra
+from compfilt.plot.results import attitude, result, save
+from compfilt.plot.spectra import spectra, spectrum
 
 __all__ = [
     "ENDINGS",
@@ -31,9 +33,12 @@ __all__ = [
     "attitude",
     "bias_response",
     "bode",
+    "design",
     "poles",
     "result",
     "save",
+    "save_design",
     "spectra",
+    "spectrum",
     "step_response",
 ]

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from compfilt.plot.designs import COLORS, MARKERS
-from compfilt.plot.sheet import GRID, axes_for, draw_legend, figure_of, with_unit
+from compfilt.plot.sheet import GRID, axes_for, draw_legend, figure_of, with_unit, written
 
 if TYPE_CHECKING:
     from compfilt.noise import AllanCurve  # SciPy is not needed to draw
@@ -62,8 +62,8 @@ def allan(
     curve : AllanCurve
         From :func:`compfilt.noise.allan`; its 68 % confidence is shaded.
     fit : AllanFit, optional
-        From ``compfilt.noise.fit_allan``: drawn dashed, the measured points without a line; its coefficients stand in the legend as far as the curve shows
-        them. N is a two-sided density; one-sided densities of data sheets are √2 times as large.
+        From ``compfilt.noise.fit_allan``: drawn dashed, the measured points without a line; its coefficients stand in the legend as
+        far as the curve shows them. N is a two-sided density; one-sided densities of data sheets are √2 times as large.
     label : str, optional
         The curve's name in the legend.
     unit : str
@@ -95,12 +95,13 @@ def allan(
     """
     (axes,) = axes_for(ax, (1,), (7.5, 4.5))
     number = sum(line.get_gid() == "allan" for line in axes.lines) % len(COLORS)
-    color, marker = COLORS[number], MARKERS[number] or "."
+    color, marker = COLORS[number], MARKERS[number] or "x"
     axes.fill_between(curve.tau, curve.low, curve.high, color=color, alpha=0.2, lw=0.0)
     look = {"color": color, "marker": marker, "ms": 4.0, "mfc": "white", "lw": 1.0 if fit is None else 0.0}
     axes.loglog(curve.tau, curve.deviation, label=label or "measured", gid="allan", **look)
     if fit is not None:
-        name = "\n".join(["fit", *_coefficients(fit, unit)])
+        coefficients = _coefficients(fit, written(unit)) or ["nothing found"]
+        name = "\n".join(("fit: " + coefficients[0], *coefficients[1:]))
         axes.loglog(curve.tau, fit.deviation(curve.tau), color=color, ls="--", lw=1.6, label=name)
     axes.set(xlabel="averaging time τ / s", ylabel=with_unit("Allan deviation", unit))
     axes.grid(which="both", **GRID)

@@ -14,14 +14,23 @@ from compfilt.plot.sheet import GRID, axes_for, draw_legend, figure_of
 
 __all__ = ["bias_response", "step_response"]
 
+Rule = Literal["backward_euler", "matched"]
 Array = npt.NDArray[np.float64]
 
 MOST = 1_000_000
 """How many samples are filtered at most where no sample rate is given."""
 
+TOO_MANY = 10**7
+"""How many samples are filtered at most: a second, and some hundred megabytes."""
+
 
 def step_response(
-    design: DesignLike, *, fs: float | None = None, duration: float | None = None, ax: Axes | None = None
+    design: DesignLike,
+    *,
+    fs: float | None = None,
+    rule: Rule = "backward_euler",
+    duration: float | None = None,
+    ax: Axes | None = None,
 ) -> Figure:
     """Draw what the filter says while the measurement steps from 0 to 1 and the derivative stays 0.
 
@@ -33,6 +42,8 @@ def step_response(
         What is drawn; several designs by their names are compared.
     fs : float, optional
         The sample rate in Hz. Without it one so high that the sampling does not show.
+    rule : {"backward_euler", "matched"}
+        How the discrete filter is made.
     duration : float, optional
         How long in s. Without it eight times the longest time constant.
     ax : Axes, optional
@@ -46,7 +57,7 @@ def step_response(
     Raises
     ------
     ValueError
-        fs or duration is not positive and finite, or there are no designs, too many of them, or several axes.
+        fs or duration is not positive and finite, fs * duration is above 10^7, or there are no designs, too many of them, or several axes.
 
     Examples
     --------
@@ -56,11 +67,16 @@ def step_response(
     >>> figure.axes[0].get_xlabel()
     'time / s'
     """
-    return _draw(design, "measurement", fs, duration, ax)
+    return _draw(design, "measurement", fs=fs, rule=rule, duration=duration, ax=ax)
 
 
 def bias_response(
-    design: DesignLike, *, fs: float | None = None, duration: float | None = None, ax: Axes | None = None
+    design: DesignLike,
+    *,
+    fs: float | None = None,
+    rule: Rule = "backward_euler",
+    duration: float | None = None,
+    ax: Axes | None = None,
 ) -> Figure:
     """Draw the error of the estimate that a constant error of the derivative leaves, for an error of 1 that starts at 0 s.
 
@@ -70,7 +86,7 @@ def bias_response(
 
     Parameters
     ----------
-    design, fs, duration, ax
+    design, fs, rule, duration, ax
         As in :func:`step_response`.
 
     Returns
@@ -91,13 +107,15 @@ def bias_response(
     >>> figure.axes[0].get_ylabel()
     'error per unit of bias / s'
     """
-    return _draw(design, "derivative", fs, duration, ax)
+    return _draw(design, "derivative", fs=fs, rule=rule, duration=duration, ax=ax)
 
 
 def _draw(
     design: DesignLike,
     stepped: Literal["measurement", "derivative"],
+    *,
     fs: float | None,
+    rule: Rule,
     duration: float | None,
     ax: Axes | None,
 ) -> Figure:
@@ -113,8 +131,10 @@ def _draw(
     (axes,) = axes_for(ax, (1,), (7.0, 3.5))
     lasts = 8.0 * slowest(designs.values()) if duration is None else duration
     alone = "estimate" if stepped == "measurement" else None
+    if fs is not None and fs * lasts > TOO_MANY:
+        raise ValueError(f"fs * duration must be at most {TOO_MANY:g} samples, got {fs * lasts:.3g}")
     for number, (name, each) in enumerate(designs.items()):
-        x, y = _response(each, stepped, fs or _fast(each, lasts), lasts)
+        x, y = _response(each, stepped, fs or _fast(each, lasts), rule, lasts)
         style = design_style(number, x.size)
         axes.plot(x, y, ls=("-", "--", "-.")[number % 3], lw=1.2, label=name or alone, **style)
     if stepped == "measurement":
@@ -131,13 +151,17 @@ def _draw(
 
 
 def _response(
-    design: LinearFilter, stepped: Literal["measurement", "derivative"], fs: float, duration: float
+    design: LinearFilter,
+    stepped: Literal["measurement", "derivative"],
+    fs: float,
+    rule: Rule,
+    duration: float,
 ) -> tuple[Array, Array]:
     """Filter ones against zeros, from rest; a sample stands at the end of its step."""
     samples = max(2, round(duration * fs))
     ones, zeros = np.ones(samples), np.zeros(samples)
     measurement, derivative = (ones, zeros) if stepped == "measurement" else (zeros, ones)
-    values = np.append(0.0, design.filter(measurement, derivative, fs=fs, initial=0.0))
+    values = np.append(0.0, design.filter(measurement, derivative, fs=fs, rule=rule, initial=0.0))
     bins = Bins(["estimate"])
     bins.add(np.arange(samples + 1.0) / fs, {"estimate": values})
     return bins.line("estimate")

@@ -11,18 +11,16 @@ from matplotlib.figure import Figure
 from compfilt._core import AttitudeEstimate
 from compfilt.angles import quaternion_to_angles
 from compfilt.plot.bins import Bins
+from compfilt.plot.files import check_file, write
 from compfilt.plot.panels import REST, draw_flags, draw_lines, draw_rest, set_flags
 from compfilt.plot.sheet import AxesLike, axes_for, draw_legend, figure_of, with_unit
 
-__all__ = ["ENDINGS", "attitude", "result", "save"]
+__all__ = ["attitude", "result", "save"]
 
 Array = npt.NDArray[np.float64]
 
 BLOCK = 1 << 18
 """How many samples are looked at together: memory does not grow with the length of a recording."""
-
-ENDINGS = (".png", ".pdf", ".svg")
-"""The endings of the files that :func:`save` can write."""
 
 
 def attitude(
@@ -187,17 +185,9 @@ def save(path: str | Path, out: str | Path | None = None, *, force: bool = False
     ...     plot.save(path).name
     'seat.png'
     """
-    from compfilt.logs.errors import UsageError  # noqa: PLC0415
-    from compfilt.logs.writers import check_ending, check_target, complete_file  # noqa: PLC0415
-
     target = Path(path).with_suffix(".png") if out is None else Path(out)
-    check_target(target, force=force)
-    check_ending(target, ENDINGS)
-    if not target.parent.is_dir():
-        raise UsageError(f"{target.parent}: there is no such folder")
-    figure = result(path)
-    with complete_file(target) as file:
-        figure.savefig(file, format=target.suffix[1:].lower(), dpi=150)
+    check_file(target, force=force)
+    write(result(path), target)
     return target
 
 

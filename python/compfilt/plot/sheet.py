@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-__all__ = ["GRID", "STYLES", "AxesLike", "axes_for", "draw_legend", "figure_of", "with_unit"]
+__all__ = ["GRID", "STYLES", "AxesLike", "axes_for", "draw_legend", "figure_of", "with_unit", "written"]
 
 AxesLike = Axes | Sequence[Axes]
 
@@ -64,4 +64,9 @@ def with_unit(name: str, unit: str) -> str:
     """Write a quantity and its unit; nothing for plain numbers."""
     if unit in ("", "1"):
         return name
-    return f"{name} / ({unit})" if "/" in unit else f"{name} / {unit}"
+    return f"{name} / ({written(unit)})" if "/" in unit else f"{name} / {written(unit)}"
+
+
+def written(unit: str) -> str:
+    """Write the powers of a unit above the line."""
+    return unit.replace("^2", "²").replace("^3", "³")
