@@ -14,7 +14,7 @@ SITE := $(VENV)/.site
 LARGEST := 1e7
 GALLERY := $(patsubst examples/%/reproduce.py,%,$(wildcard examples/*/reproduce.py))
 
-.PHONY: help develop demo examples test test-rust test-python test-firmware firmware firmware-c lint format instructions docs bench bench-rust bench-python cost fuzz audit vectors wheel clean
+.PHONY: help develop demo examples test test-rust test-python test-firmware firmware firmware-c lint format instructions docs bench bench-rust bench-python cost fuzz audit pictures vectors wheel clean
 .DEFAULT_GOAL := help
 
 help: ## This list
@@ -110,6 +110,9 @@ fuzz: $(EXTENSION) ## Ten minutes each of recipes and CSV logs that nobody would
 audit: $(PACKAGES) ## Licences, sources and known vulnerabilities of what is depended on; says which databases it cannot reach
 	$(BIN)/python -m pip install --quiet --requirement requirements/audit.txt
 	sh scripts/audit.sh $(BIN)/python
+
+pictures: $(EXTENSION) ## The figures of docs/pictures.md
+	$(BIN)/python scripts/draw_pictures.py
 
 vectors: $(PACKAGES) ## Make the reference vectors anew
 	$(BIN)/python tests/vectors/make.py

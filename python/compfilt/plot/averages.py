@@ -34,8 +34,9 @@ def averages(frequency: Array, density: Array) -> Averages:
     group = np.floor(PER_DECADE * np.log10(frequency))
     starts = np.flatnonzero(np.diff(group, prepend=-np.inf))
     counts = np.diff(starts, append=frequency.size)
-    means = (np.add.reduceat(values, starts) / counts for values in (frequency, density))
-    return Averages(*means, np.minimum.reduceat(density, starts), np.maximum.reduceat(density, starts))
+    means = [np.add.reduceat(values, starts) / counts for values in (frequency, density)]
+    extremes = [pick.reduceat(density, starts) for pick in (np.minimum, np.maximum)]
+    return Averages(means[0], means[1], extremes[0], extremes[1])
 
 
 def draw_density(axes: Axes, shown: Averages, **look: Any) -> None:  # noqa: ANN401 - matplotlib's

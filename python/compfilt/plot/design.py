@@ -1,7 +1,7 @@
 """All that there is to see of a design, on one sheet."""
 
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from matplotlib.figure import Figure
 
@@ -55,7 +55,7 @@ def design(
     """
     designs = named(design)
     figure = Figure(figsize=(14.0, 8.0), layout="constrained")
-    places = [["magnitude", "poles"], ["phase", "poles"], ["step", "bias"]]
+    places: Any = [["magnitude", "poles"], ["phase", "poles"], ["step", "bias"]]
     panels = figure.subplot_mosaic(places, height_ratios=[1.0, 1.0, 1.4])
     panels["phase"].sharex(panels["magnitude"])
     panels["magnitude"].tick_params(labelbottom=False)
