@@ -20,6 +20,7 @@ include_patterns = [
     "docs/decisions/*.md",
     "docs/howto/*.md",
     "benches/README.md",
+    "benches/results/check.md",
     "examples/README.md",
     "examples/*/README.md",
 ]

@@ -146,7 +146,9 @@ def test_the_sheet_has_what_the_single_pictures_have():
 
 
 def test_too_many_samples_are_refused():
-    with pytest.raises(ValueError, match=r"^fs \* duration must be at most 1e\+07 samples, got 8e\+07$"):
+    with pytest.raises(
+        ValueError, match=r"^fs \* duration must be at most 1e\+07 samples, got 8e\+07: choose a lower fs$"
+    ):
         plot.step_response(cf.FirstOrder(1e4), fs=1000.0)
 
 

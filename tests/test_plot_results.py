@@ -485,7 +485,11 @@ def test_the_command_draws_a_recipe(tmp_path):
     ("changes", "arguments", "line"),
     [
         ({}, ["--fs", 0], "angle.toml: fs must be positive and finite, got 0.0"),
-        ({}, ["--fs", 1e9], "angle.toml: fs * duration must be at most 1e+07 samples, got 8e+09"),
+        (
+            {},
+            ["--fs", 1e9],
+            "angle.toml: fs * duration must be at most 1e+07 samples, got 8e+09: choose a lower fs",
+        ),
         ({"kp = 2.0": "kp = -2.0"}, [], "angle.toml: [filter] kp must be positive and finite"),
         ({}, ["-o", "out.jpg"], 'out.jpg: cannot write a file that ends in ".jpg"; use .png or .pdf or .svg'),
     ],

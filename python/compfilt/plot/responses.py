@@ -132,7 +132,9 @@ def _draw(
     lasts = 8.0 * slowest(designs.values()) if duration is None else duration
     alone = "estimate" if stepped == "measurement" else None
     if fs is not None and fs * lasts > TOO_MANY:
-        raise ValueError(f"fs * duration must be at most {TOO_MANY:g} samples, got {fs * lasts:.3g}")
+        raise ValueError(
+            f"fs * duration must be at most {TOO_MANY:g} samples, got {fs * lasts:.3g}: choose a lower fs"
+        )
     for number, (name, each) in enumerate(designs.items()):
         x, y = _response(each, stepped, fs or _fast(each, lasts), rule, lasts)
         style = design_style(number, x.size)
