@@ -15,8 +15,8 @@ from compfilt.logs.errors import UsageError
 from compfilt.logs.export import export_recipe
 from compfilt.logs.export.subject import numbers
 from compfilt.logs.recipe import parse_recipe
+from pages import blocks
 from test_cli import compfilt, one_line
-from test_documentation import blocks
 
 ROOT = Path(__file__).parents[1]
 BUILT = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "firmware"
@@ -243,8 +243,8 @@ def test_c_gives_the_same_bits(tmp_path, compiler):
 
 def test_the_documented_c_compiles(tmp_path):
     needs("gcc")
-    (block,) = blocks(ROOT / "docs" / "embedded.md", "c")
-    (tmp_path / "seat.c").write_text(block, encoding="utf-8")
+    (block,) = (each for each in blocks(ROOT / "docs" / "embedded.md") if each.language == "c")
+    (tmp_path / "seat.c").write_text(block.text, encoding="utf-8")
     include = str(ROOT / "crates" / "compfilt-capi" / "include")
     run(
         "gcc",
