@@ -43,7 +43,7 @@ def cutoff(design: LinearFilter) -> float:
     low = ascending * (np.arange(ascending.size) < design.split)
     roots = np.roots((2.0 * _squared(low) - _squared(ascending))[::-1])
     real = roots.real[(np.abs(roots.imag) <= 1e-7 * np.abs(roots)) & (roots.real > 0.0)]
-    return unit * float(np.sqrt(real.max())) / (2.0 * np.pi)
+    return float(unit * np.sqrt(real.max())) / (2.0 * np.pi)
 
 
 def settling_time(design: LinearFilter, within: float = 0.02) -> float:
