@@ -113,6 +113,13 @@ def test_from_recordings(compfilt, tmp_path):
         ),
         (["--cutoff", "1", "--fs", "100"], "belong together"),
         (["--cutoff", "1", *NOISE], "belong together"),
+        (["--cutoff", "1", "--gyro-noise", "0.1"], "go with --measurement-noise and --fs"),
+        (["--cutoff", "1", "--walk", "-1"], "go with --measurement-noise and --fs"),
+        (["--cutoff", "1", "--bias", "0.1"], "go with --measurement-noise and --fs"),
+        (["--cutoff", "1", "--rule", "matched"], "go with --measurement-noise and --fs"),
+        ([*NOISE, "--bias", "nan"], "bias must be finite and not negative"),
+        (["--measurement-noise", "1e-300", "--gyro-noise", "1e300"], "what floating point can hold"),
+        (["--measurement-noise", "1e300", "--gyro-noise", "1e-300"], "what floating point can hold"),
         ([*NOISE, "--order", "2"], "--fs is needed"),
         ([*NOISE, "--fs", "0"], "fs must be"),
         ([*NOISE, "--noise", "noise.json"], "give one or the other"),
@@ -129,8 +136,22 @@ def test_what_cannot_be_done_is_one_line(compfilt, arguments, words):
     assert words in process.stderr
 
 
-def test_another_file_than_of_noise_is_refused(compfilt, tmp_path):
-    (tmp_path / "other.json").write_text('{"rate": 1.0}')
+def test_of_any_speed_that_can_be_written(compfilt):
+    assert "cut-off 1e+300 Hz" in compfilt("--cutoff", "1e300").stdout
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b'{"rate": 1.0}',
+        b"\xff\xfe\x00",
+        b"[" * 100_000,
+        b'{"rate": 1, "densities": {"measurement": 1%s, "derivative": 1, "walk": 0}}' % (b"0" * 400),
+    ],
+    ids=["shape", "bytes", "deep", "huge"],
+)
+def test_another_file_than_of_noise_is_refused(compfilt, tmp_path, content):
+    (tmp_path / "other.json").write_bytes(content)
     process = compfilt("--noise", "other.json")
     assert (process.returncode, process.stderr) == (
         2,

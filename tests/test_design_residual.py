@@ -51,3 +51,12 @@ def test_motion_is_found_where_it_is(white):
 def test_a_residual_without_rows_is_an_error():
     with pytest.raises(ValueError, match="residual must have rows without NaN"):
         check_residual(cf.FirstOrder(1.0), [np.nan, np.nan], **NOISE)
+
+
+@pytest.mark.parametrize(
+    ("residual", "message"),
+    [(1.0, r"residual must have the shape \(n,\)"), ([], "rows without NaN"), ([np.nan], "rows without NaN")],
+)
+def test_a_residual_has_rows(residual, message):
+    with pytest.raises(ValueError, match=message):
+        check_residual(cf.FirstOrder(1.0), residual, fs=100.0, measurement=0.1)

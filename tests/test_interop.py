@@ -303,3 +303,8 @@ def test_recognised_without_an_object():
     chain = recognise(from_scipy(cf.PiForm(2.0, 1.0).to_scipy()))
     assert_same_chain(chain, cf.PiForm(2.0, 1.0))
     assert of_design(chain).states == ("angle", "minus_bias")
+
+
+def test_a_derivative_order_of_none_is_not_one():
+    with pytest.raises(ValueError, match="derivative_order"):
+        recognise(of_design(cf.FirstOrder(1.0)), derivative_order=0)

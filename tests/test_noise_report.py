@@ -169,6 +169,26 @@ def test_what_motors_add(report):
     assert buzzing.slow_ratio == pytest.approx(np.sqrt(10.0), rel=0.25)
 
 
+def test_no_ratio_to_what_the_rest_does_not_show(still):
+    gyro, acc = still[0].copy(), still[1]
+    gyro[:, 0] = 0.0
+    stuck = noise.add_motors(noise.analyse(gyro, acc, fs=FS), *still, fs=FS)
+    assert [vibration.name for vibration in stuck.motors if vibration.slow_ratio is None] == ["gyro x"]
+    json.dumps(stuck.as_json(), allow_nan=False)
+    short = noise.add_motors(noise.analyse(still[0][:400], acc[:400], fs=FS), *still, fs=FS)
+    assert {vibration.slow_ratio for vibration in short.motors} == {None}
+    (row,) = [
+        line for line in short.table().splitlines() if "accelerometer" not in line and "times that" in line
+    ][:1]
+    assert row.split()[-3:] == ["-", "-", "-"]
+
+
+def test_the_part_that_is_empty_is_named(still, tmp_path):
+    simulate.write(table(*still), tmp_path / "rest.parquet")
+    with pytest.raises(LogError, match=r"^there is nothing from 5 s on to 0 s: the log lasts"):
+        read_recording(tmp_path / "rest.parquet", gyro_unit="deg/s", start=5.0, end=0.0)
+
+
 # ------------------------------------------------------------------------------------------------------------------ log
 
 
@@ -232,7 +252,7 @@ def test_gravity_tells_the_unit_of_an_accelerometer(still, tmp_path, factor):
         ({"t": None}, "no column of times was found by its name"),
         ({"t": np.zeros(20_000)}, 'the times in column "t" do not go forward'),
         ({"t": np.where(np.arange(20_000) == 5, np.nan, 1.0)}, 'row 6 has no time in column "t"'),
-        ({"gx": np.full(20_000, np.nan)}, "no 64 samples in a row are whole: 20000 lack a value"),
+        ({"gx": np.full(20_000, np.nan)}, "no 64 samples in a row are whole: of 20000, 20000 lack a value"),
     ],
 )
 def test_logs_that_cannot_be_used(still, tmp_path, change, message):

@@ -241,6 +241,8 @@ def test_missing_stays_missing():
     got = triad(truth, fs=1.0, errors=TriadErrors(resolution=0.1, full_scale=1.0))
     assert np.isnan(got).sum() == 1
     assert np.isnan(got[2, 1])
+    late = triad(truth, fs=1.0, errors=TriadErrors(delay=1.0))
+    assert np.argwhere(np.isnan(late)).tolist() == [[3, 1]]
 
 
 # --------------------------------------------------------------------------------------------------------------- seeds
@@ -418,6 +420,8 @@ def test_command_with_motion(tmp_path):
     [
         (["--duration", "inf", "--motion"], "duration must be positive and finite"),
         (["--rate", "0"], "rate must be positive and finite"),
+        (["--duration", "1e300", "--rate", "1e300"], "duration times rate must be at least one sample and"),
+        (["--duration", "1e15"], "duration times rate must be at least one sample and"),
         (["--grade", "toy"], "'toy' is not one of"),
     ],
 )

@@ -113,7 +113,14 @@ def design(
         if bool(recording) != (recipe is not None) or (truth and not recording):
             raise UsageError("--recording and --recipe belong together, and --truth goes with them")
         noisy = measurement_noise is not None or noise is not None
-        predicts = noisy or derivative_noise or walk or bias or fs is not None or rule != "backward_euler"
+        predicts = (
+            noisy
+            or derivative_noise is not None
+            or walk
+            or bias
+            or fs is not None
+            or rule != "backward_euler"
+        )
         if recording and predicts:
             raise UsageError(
                 "--recording goes with no noise, --fs or --rule: the recipe and its errors count"
@@ -121,6 +128,10 @@ def design(
         if wanted and noise is None and noisy != (fs is not None):
             raise UsageError(
                 "--measurement-noise and --fs belong together: both are needed to predict the error"
+            )
+        if wanted and predicts and not noisy:
+            raise UsageError(
+                "--derivative-noise, --walk, --bias and --rule go with --measurement-noise and --fs, to predict the error"
             )
         shape: Shape = {"order": order, "split": split, "derivative_order": derivative_order}
         unit = ""

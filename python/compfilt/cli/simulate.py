@@ -102,3 +102,7 @@ def _usage() -> Iterator[None]:
         yield
     except ValueError as error:
         raise UsageError(str(error)) from None
+    except MemoryError:
+        raise UsageError(
+            "so long a log does not fit into memory: make --duration or --rate smaller"
+        ) from None

@@ -104,7 +104,10 @@ def from_densities(
         name = "walk" if wanted > 1 else "derivative"
         raise ValueError(f"{name} must be above 0 for kind {kind!r}: without it the best gain is 0")
     levels = (0.0,) * (model.derivative_order - 1) + q
-    design = model.of_coefficients(kalman_coefficients(tuple(each / r for each in levels)))
+    try:
+        design = model.of_coefficients(kalman_coefficients(tuple(each / r for each in levels)))
+    except (ArithmeticError, np.linalg.LinAlgError):
+        raise ValueError("the ratios of the densities must be within what floating point can hold") from None
     rate = None if fs is None else positive("fs", fs)
     return assessed(design, NoiseModel.of(r, q[0], q[1:], bias), rate, rule)
 
@@ -118,6 +121,8 @@ def kalman_coefficients(ratios: tuple[float, ...]) -> tuple[float, ...]:
     order = len(ratios)
     # In units of the filter's own time, so that the coefficients are of one size.
     unit = ratios[-1] ** (1.0 / order)
+    if not np.isfinite([unit, *ratios]).all():
+        raise OverflowError
     scaled = [(ratio / unit ** (level + 1)) ** 2 for level, ratio in enumerate(ratios)]
     polynomial = [1.0, *((-1.0) ** (level + 1) * ratio for level, ratio in enumerate(scaled))]
     poles = -np.sqrt(np.roots(polynomial).astype(complex))

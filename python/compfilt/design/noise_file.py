@@ -26,7 +26,7 @@ def read_densities(path: str | Path) -> Densities:
     ValueError
         It is something else; the message names it.
     """
-    text = Path(path).read_text(encoding="utf-8")
+    text = Path(path).read_bytes()
     try:
         report = json.loads(text)
         densities = report["densities"]
@@ -34,5 +34,5 @@ def read_densities(path: str | Path) -> Densities:
             float(densities[name]) for name in ("measurement", "derivative", "walk")
         )
         return Densities(measurement, derivative, walk, float(report["rate"]))
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
         raise ValueError(f"{path}: must be what compfilt noise --json printed") from None

@@ -56,7 +56,7 @@ class NoiseModel:
             as_source("measurement", measurement),
             as_source("derivative", derivative),
             walks(walk),
-            abs(bias) if np.isfinite(bias) else positive("bias", bias),
+            positive("bias", abs(bias), zero=True),
         )
 
     def predict(self, design: LinearFilter, fs: float, rule: Rule = "backward_euler") -> Prediction:

@@ -119,7 +119,9 @@ def check_residual(
     'the residual is 7.1 times what the noise explains, most of it near 1.5 Hz: motion or vibration is in the measurement'
     """
     values = np.asarray(residual, float)
-    values = values.reshape(values.shape[0] if values.ndim else 0, -1)
+    if values.ndim not in {1, 2}:
+        raise ValueError(f"residual must have the shape (n,) or (n, channels), got {values.shape}")
+    values = values[:, np.newaxis] if values.ndim == 1 else values
     values = values[np.isfinite(values).all(axis=1)]
     if not values.size:
         raise ValueError("residual must have rows without NaN")

@@ -35,7 +35,7 @@ class Designed:
     warnings : tuple of str
         Where an assumption behind the gains fails, a sentence each.
     measured : tuple of (str, float)
-        What was reached on recordings with truth, by `from_recording`, by name; empty otherwise.
+        What was reached on recordings with truth, by `from_recordings`, by name; empty otherwise.
     """
 
     design: LinearFilter

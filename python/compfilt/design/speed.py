@@ -37,11 +37,13 @@ def cutoff(design: LinearFilter) -> float:
     >>> round(cutoff(cf.FirstOrder(tau=1.0)), 4)
     0.1592
     """
-    ascending = _ascending(design)
+    # In units of the filter's own time, so that no square overflows.
+    unit = design.coefficients[-1] ** (1.0 / design.order)
+    ascending = _ascending(design) / unit ** np.arange(design.order, -1.0, -1.0)
     low = ascending * (np.arange(ascending.size) < design.split)
     roots = np.roots((2.0 * _squared(low) - _squared(ascending))[::-1])
     real = roots.real[(np.abs(roots.imag) <= 1e-7 * np.abs(roots)) & (roots.real > 0.0)]
-    return float(np.sqrt(real.max())) / (2.0 * np.pi)
+    return float(unit * np.sqrt(real.max())) / (2.0 * np.pi)
 
 
 def settling_time(design: LinearFilter, within: float = 0.02) -> float:

@@ -79,7 +79,11 @@ def _chains(poles: Response, inputs: int, derivative_order: int | None, rule: Ru
     """Make every chain with these poles that can be meant."""
     coefficients = np.poly(poles).real[1:]
     order = coefficients.size
-    orders = range(1, order + 1) if derivative_order is None and inputs == 2 else [derivative_order or 1]
+    orders = (
+        range(1, order + 1)
+        if derivative_order is None and inputs == 2
+        else [1 if derivative_order is None else derivative_order]
+    )
     for M in orders:
         splits = range(order, 0, -1) if M == 1 and rule == "backward_euler" else [order]
         yield from (Chain(coefficients, M, split) for split in splits)

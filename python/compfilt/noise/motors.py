@@ -37,8 +37,9 @@ class Vibration:
         With the motors running; one-sided.
     slow_density : float
         Two-sided density at low frequencies, up to a twentieth of half the sample rate, in unit/√Hz: what a slow filter sees.
-    slow_ratio : float
-        By how much it is above that of the sensor at rest. Vibration that is rectified or aliased shows here.
+    slow_ratio : float or None
+        By how much it is above that of the sensor at rest. Vibration that is rectified or aliased shows here. None where the
+        recording at rest shows no noise there, or is too short for it.
     bias_change : float
         By how much the mean differs from that at rest, in that unit.
     lines : tuple of Line
@@ -50,7 +51,7 @@ class Vibration:
     rms: float
     spectrum: Spectrum
     slow_density: float
-    slow_ratio: float
+    slow_ratio: float | None
     bias_change: float
     lines: tuple[Line, ...]
 
@@ -123,7 +124,7 @@ def _compare(rest: ChannelNoise, x: Array, fs: float, duration: float) -> Vibrat
         float(np.sqrt(added)),
         found,
         slow,
-        slow / before if before else float("inf"),
+        slow / before if before else None,
         float(x.mean()) - rest.mean,
         new,
     )

@@ -95,7 +95,7 @@ def read_recording(
     wanted = (times >= (start or 0.0)) & (times <= (np.inf if end is None else end))
     if not wanted.any():
         raise LogError(
-            f"there is nothing from {start or 0.0:g} s on to {end or lasts:g} s: the log lasts {lasts:.6g} s"
+            f"there is nothing from {start or 0.0:g} s on to {lasts if end is None else end:g} s: the log lasts {lasts:.6g} s"
         )
     times, values = times[wanted], values[wanted]
     rows, notes = _longest_piece(times, values)
@@ -168,7 +168,8 @@ def _longest_piece(times: Array, values: Array) -> tuple[slice, list[str]]:
     rows = slice(int(begins[longest]), int(begins[longest + 1]))
     if lengths[longest] < SHORTEST:
         raise LogError(
-            f"no {SHORTEST} samples in a row are whole: {missing.sum()} lack a value, and there are {breaks.sum()} gaps"
+            f"no {SHORTEST} samples in a row are whole: of {len(times)}, {missing.sum()} lack a value, and there are "
+            f"{breaks.sum()} gaps"
         )
     if lengths[longest] == len(times):
         return rows, []

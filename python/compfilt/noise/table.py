@@ -63,7 +63,7 @@ def _motors(motors: Sequence[Vibration]) -> Iterator[str]:
         yield _numbers(vibration_rms, [vibration.rms for vibration in sensor])
         slow = sheet.density._replace(title="slow density, one-sided")
         yield _numbers(slow, [vibration.slow_density for vibration in sensor])
-        yield _row("  times that at rest", (f"{vibration.slow_ratio:.3g}" for vibration in sensor))
+        yield _row("  times that at rest", (_number(vibration.slow_ratio) for vibration in sensor))
         change = Quantity("bias changes by", sheet.line.unit, sheet.line.factor)
         yield _numbers(change, [vibration.bias_change for vibration in sensor])
         yield from _spectral_lines([(vibration.name, vibration.lines) for vibration in sensor], sheet.line)
@@ -97,8 +97,11 @@ def _joined(channels: Sequence[ChannelNoise]) -> Iterator[str]:
 
 
 def _numbers(quantity: Quantity, values: Sequence[float | None]) -> str:
-    cells = ("-" if value is None else f"{value * quantity.factor:.3g}" for value in values)
-    return _row(_title(quantity), cells)
+    return _row(_title(quantity), (_number(value, quantity.factor) for value in values))
+
+
+def _number(value: float | None, factor: float = 1.0) -> str:
+    return "-" if value is None else f"{value * factor:.3g}"
 
 
 def _title(quantity: Quantity) -> str:

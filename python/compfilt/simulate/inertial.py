@@ -208,7 +208,8 @@ def _delayed(signal: Array, samples: float) -> Array:
     rows = signal.shape[0]
     # padded[i + whole + 2] is signal[i]; node j lies 1 - j samples after the one `whole` samples ago.
     return sum(
-        (weight * padded[3 - j : 3 - j + rows] for j, weight in enumerate(weights)), np.zeros_like(signal)
+        (weight * padded[3 - j : 3 - j + rows] for j, weight in enumerate(weights) if weight),
+        np.zeros_like(signal),
     )
 
 

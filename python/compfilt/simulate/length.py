@@ -4,6 +4,9 @@ import math
 
 __all__ = ["positive", "samples_in"]
 
+MOST = 1e12
+"""Samples: no memory holds so many."""
+
 
 def samples_in(duration: float, rate: float) -> int:
     """Return the number of samples in `duration` seconds at `rate` Hz.
@@ -11,12 +14,14 @@ def samples_in(duration: float, rate: float) -> int:
     Raises
     ------
     ValueError
-        One of them is not positive and finite, or there is no sample.
+        One of them is not positive and finite, or there is no sample, or more than memory can hold.
     """
-    samples = round(positive("duration", duration) * positive("rate", rate))
-    if samples < 1:
-        raise ValueError(f"duration times rate must be at least one sample, not {duration * rate:g}")
-    return samples
+    samples = positive("duration", duration) * positive("rate", rate)
+    if not 0.5 < samples < MOST:
+        raise ValueError(
+            f"duration times rate must be at least one sample and less than {MOST:g}, not {samples:g}"
+        )
+    return round(samples)
 
 
 def positive(name: str, value: float) -> float:
