@@ -248,7 +248,7 @@ def test_gravity_tells_the_unit_of_an_accelerometer(still, tmp_path, factor):
             {"az": np.full(20_000, 512.0)},
             "the accelerometer reads 512, which is one g in neither m/s², g nor mg",
         ),
-        ({"ax": None}, "no accelerometer was found by the names of the columns"),
+        ({"ax": None}, "no accelerometer was found by name among the columns that hold numbers"),
         ({"t": None}, "no column of times was found by its name"),
         ({"t": np.zeros(20_000)}, 'the times in column "t" do not go forward'),
         ({"t": np.where(np.arange(20_000) == 5, np.nan, 1.0)}, 'row 6 has no time in column "t"'),

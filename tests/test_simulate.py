@@ -144,6 +144,11 @@ def test_a_log_of_no_sample():
         child_seat(duration=0.001, rate=10.0)
 
 
+def test_an_endless_drive_is_refused_before_it_is_drawn():
+    with pytest.raises(ValueError, match="duration of a drive must be at most"):
+        child_seat(duration=1e15, rate=1e-15)
+
+
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
 def test_files(tmp_path, ending):
     log = child_seat(duration=5.0)

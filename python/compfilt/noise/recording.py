@@ -114,7 +114,7 @@ def _check_claims(claims: Claims) -> None:
             if claims.recipe is not None:
                 raise LogError(f"the recipe {claims.recipe.source} names no {sensor} of three columns")
             raise LogError(
-                f"no {sensor} was found by the names of the columns: name them in a recipe (--recipe)"
+                f"no {sensor} was found by name among the columns that hold numbers: name its columns in a recipe (--recipe)"
             )
     if claims.time is None and claims.rate is None:
         raise LogError(

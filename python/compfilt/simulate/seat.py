@@ -16,6 +16,9 @@ from compfilt.simulate.length import samples_in
 
 __all__ = ["SensorErrors", "child_seat", "measure", "seat_motion", "static_length"]
 
+LONGEST = 1e6
+"""Seconds of a drive: every manoeuvre is drawn before the first sample."""
+
 
 @dataclass(frozen=True)
 class SensorErrors:
@@ -80,7 +83,7 @@ def child_seat(
     Raises
     ------
     ValueError
-        `duration` or `rate` is not positive and finite, or the log would hold no sample.
+        `duration` or `rate` is not positive and finite, the drive is longer than 1e6 s, or the log would hold no sample.
 
     Examples
     --------
@@ -107,6 +110,8 @@ def static_length(duration: float) -> float:
 
 def seat_motion(duration: float, rng: np.random.Generator) -> Motion:
     """Draw one drive with its static test before it."""
+    if duration > LONGEST:
+        raise ValueError(f"duration of a drive must be at most {LONGEST:g} s, not {duration:g}")
     motion = Motion()
     start = static_length(duration)
     _static_test(motion, start)
