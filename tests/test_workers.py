@@ -1,6 +1,7 @@
 """Several logs at a time: the results of one after the other, whatever happens to a worker."""
 
 import json
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -16,6 +17,7 @@ from compfilt.logs import workers
 from compfilt.logs.recipe import parse_recipe
 from compfilt.logs.run import plan, run_logs
 from compfilt.logs.watch import Watch
+from compfilt.logs.workers import _deaf_to_ctrl_c
 
 RECIPE = """
 version = 1
@@ -112,6 +114,22 @@ def test_one_json_object_a_log(logs, tmp_path, number):
     good = told[str(logs[0])]
     assert (good["status"], good["rows"], good["quality"]["rows"]) == ("done", 1000, 1000)
     assert good["quality"] == json.loads((tmp_path / "out" / "0.parquet.quality.json").read_text())
+
+
+def is_deaf(pipe):
+    pipe.send(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))
+
+
+def test_a_worker_is_deaf_to_ctrl_c_from_its_first_moment():
+    """Before it has run a line of ours it would print a traceback."""
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=is_deaf, args=(theirs,))
+    with _deaf_to_ctrl_c():
+        process.start()
+    assert ours.recv()
+    process.join()
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
 
 
 def test_interrupted_workers_leave_nothing_and_the_run_can_go_on(logs, tmp_path):
