@@ -102,7 +102,9 @@ def from_densities(
         )
     if len(q) < wanted or not q[-1]:
         name = "walk" if wanted > 1 else "derivative"
-        raise ValueError(f"{name} must be above 0 for kind {kind!r}: without it the best gain is 0")
+        raise ValueError(
+            f"{name} must be above 0 for kind {kind!r}: without it the best gain is 0; a wanted time chooses one (bias time)"
+        )
     levels = (0.0,) * (model.derivative_order - 1) + q
     try:
         design = model.of_coefficients(kalman_coefficients(tuple(each / r for each in levels)))
