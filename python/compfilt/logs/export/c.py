@@ -41,9 +41,7 @@ def _linear(subject: Subject) -> str:
     """Write the constant filter of a linear design."""
     design, options = subject.design, subject.filter.stream
     if not isinstance(subject.filter, Linear):
-        raise subject.refuse(
-            "compfilt.h has a tilt filter, but export does not write it yet; --to rust does"
-        )
+        raise subject.refuse("compfilt.h has a tilt filter, but export does not write it yet; --to rust does")
     kind = _FILTERS.get((design.order, design.derivative_order))
     if kind is None or design.split != design.order or subject.rule != "backward_euler":
         raise subject.refuse(
