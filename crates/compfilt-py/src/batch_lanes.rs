@@ -3,6 +3,7 @@
 use crate::arrays::Scalar;
 use crate::batch::{Block, Channel, Filter, Rows, Steps, follow, run, run_careful, turns};
 use crate::lanes::{Row, TILE, Tile, are_finite};
+use crate::lanes_direct::{filter_columns, filter_rows};
 use crate::layout::{Source, Target, fetch, fetch_rows, turn_of};
 use crate::simd::{Level, WIDTH};
 use compfilt_core::{Discretise, Recurrence};
@@ -130,7 +131,7 @@ impl<T: Scalar, const N: usize> Desk<T, N> {
         plain
     }
 
-    /// Tile by tile.
+    /// From memory to memory where that can be, the rest tile by tile.
     fn steps<G: Recurrence<T, N>>(
         &mut self,
         gains: &[G],
@@ -146,7 +147,8 @@ impl<T: Scalar, const N: usize> Desk<T, N> {
         if let Some(level0) = &targets[0] {
             fetch(&y, &u, level0);
         }
-        for start in (0..samples).step_by(TILE) {
+        let done = if all { 0 } else { self.direct(gains, lanes, (&y, &u), &mut targets[0]) };
+        for start in (done..samples).step_by(TILE) {
             let rows = start..samples.min(start + TILE);
             y.read(self.level, rows.clone(), &mut self.tile.measurement);
             u.read(self.level, rows.clone(), &mut self.tile.derivative);
@@ -156,6 +158,24 @@ impl<T: Scalar, const N: usize> Desk<T, N> {
                 let Some(target) = target else { break };
                 target.write(self.level, rows.clone(), tile);
             }
+        }
+    }
+    /// Returns how many rows were filtered without a tile between memory and the steps.
+    fn direct<G: Recurrence<T, N>>(
+        &self,
+        gains: &[G],
+        lanes: &mut [Row<T>; N],
+        signals: (&Source<'_, T>, &Source<'_, T>),
+        target: &mut Option<Target<'_, T>>,
+    ) -> usize {
+        match (signals, target) {
+            ((Source::Rows(y), Source::Rows(u)), Some(Target::Rows(out))) => {
+                filter_rows(self.level, gains, lanes, (*y, *u), out)
+            }
+            ((Source::Columns(y), Source::Columns(u)), Some(Target::Columns(out))) => {
+                filter_columns(self.level, gains, lanes, (*y, *u), out)
+            }
+            _ => 0,
         }
     }
 }

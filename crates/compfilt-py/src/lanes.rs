@@ -59,10 +59,7 @@ pub(crate) fn steps<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
     rows: usize,
     all: bool,
 ) {
-    let mut state = State { levels: [T::Wide::<S>::from_array([T::zero(); WIDTH]); N] };
-    for (x, lane) in state.levels.iter_mut().zip(lanes.iter()) {
-        *x = T::Wide::<S>::from_array(lane.0);
-    }
+    let mut state = states::<S, T, N>(lanes);
     // Gains that never change are read at every row: the processor waits for the step before, not for them.
     let stride = usize::from(gains.len() > 1);
     for row in 0..rows.min(TILE) {
@@ -76,6 +73,27 @@ pub(crate) fn steps<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
             }
         }
     }
+    keep::<S, T, N>(&state, lanes);
+}
+
+/// The states of eight sequences, as the steps take them.
+#[inline(always)]
+pub(crate) fn states<S: Simd, T: Scalar, const N: usize>(
+    lanes: &[Row<T>; N],
+) -> State<T::Wide<S>, N> {
+    let mut state = State { levels: [T::Wide::<S>::from_array([T::zero(); WIDTH]); N] };
+    for (x, lane) in state.levels.iter_mut().zip(lanes) {
+        *x = T::Wide::<S>::from_array(lane.0);
+    }
+    state
+}
+
+/// Keeps them.
+#[inline(always)]
+pub(crate) fn keep<S: Simd, T: Scalar, const N: usize>(
+    state: &State<T::Wide<S>, N>,
+    lanes: &mut [Row<T>; N],
+) {
     for (x, lane) in state.levels.iter().zip(lanes) {
         *lane = Row(x.to_array());
     }
@@ -157,7 +175,7 @@ fn eight<S: Simd, T: Scalar>(run: &[T; TILE], start: usize) -> T::Wide<S> {
 
 /// Eight rows of eight, turned: three times the perfect shuffle of rows that are four apart.
 #[inline(always)]
-fn transposed<S: Simd, T: Scalar>(square: [T::Wide<S>; WIDTH]) -> [T::Wide<S>; WIDTH] {
+pub(crate) fn transposed<S: Simd, T: Scalar>(square: [T::Wide<S>; WIDTH]) -> [T::Wide<S>; WIDTH] {
     shuffled::<S, T>(shuffled::<S, T>(shuffled::<S, T>(square)))
 }
 

@@ -41,6 +41,7 @@ mod gains;
 mod gravity_filter;
 mod gravity_offline;
 mod lanes;
+mod lanes_direct;
 mod layout;
 mod linear_filter;
 mod mahony;
