@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import compfilt as cf
+from compfilt.angles import quaternion_to_angles
 from compfilt.logs.errors import UsageError
 from compfilt.logs.export import export_recipe
 from compfilt.logs.export.header import BUILD, HEADER
@@ -290,24 +291,53 @@ def test_c_gives_the_same_bits(tmp_path, compiler):
     assert printed == wanted | {"rate": rate_expected()}
 
 
-def test_the_documented_c_compiles(tmp_path):
+EMBEDDED = [block for block in blocks(ROOT / "docs" / "embedded.md") if block.language == "c"]
+STRICT = ["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-I", str(HEADER.parent)]
+
+
+@pytest.mark.parametrize("block", EMBEDDED, ids=lambda block: block.where)
+def test_the_documented_c_compiles(block, tmp_path):
     needs("gcc")
-    (block,) = (each for each in blocks(ROOT / "docs" / "embedded.md") if each.language == "c")
     (tmp_path / "seat.c").write_text(block.text, encoding="utf-8")
-    include = str(HEADER.parent)
-    run(
-        "gcc",
-        "-std=c99",
-        "-Wall",
-        "-Wextra",
-        "-Werror",
-        "-pedantic",
-        "-I",
-        include,
-        "-c",
-        "seat.c",
-        cwd=tmp_path,
-    )
+    run(*STRICT, "-c", "seat.c", cwd=tmp_path)
+
+
+ANGLES_MAIN = """
+#include <stdio.h>
+void roll_and_pitch(const float q[4], float *roll, float *pitch);
+float yaw(const float q[4]);
+int main(void) {{
+  static const float q[][4] = {{{quaternions}}};
+  for (unsigned i = 0; i < sizeof q / sizeof q[0]; i++) {{
+    float roll, pitch;
+    roll_and_pitch(q[i], &roll, &pitch);
+    printf("%.9g %.9g %.9g\\n", (double)roll, (double)pitch, (double)yaw(q[i]));
+  }}
+  return 0;
+}}
+"""
+
+
+def test_the_documented_angles_are_those_of_python(tmp_path):
+    needs("gcc")
+    (block,) = (block for block in EMBEDDED if block.name == "angles.c")
+    quaternions = np.random.default_rng(3).normal(size=(100, 4))
+    quaternions /= np.linalg.norm(quaternions, axis=1, keepdims=True)
+    written = ", ".join("{" + ", ".join(f"{part!r}f" for part in row) + "}" for row in quaternions.tolist())
+    (tmp_path / "angles.c").write_text(block.text, encoding="utf-8")
+    (tmp_path / "main.c").write_text(ANGLES_MAIN.format(quaternions=written), encoding="utf-8")
+    run(*STRICT, "angles.c", "main.c", "-lm", "-o", "angles", cwd=tmp_path)
+    printed = np.array([line.split() for line in run("./angles", cwd=tmp_path).splitlines()], float)
+    turns = (printed - quaternion_to_angles(quaternions)) / (2 * np.pi)
+    np.testing.assert_allclose(turns, np.round(turns), atol=1e-5)
+
+
+def test_the_tutorial_has_the_same_formula():
+    tutorial = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
+    (block,) = (block for block in EMBEDDED if block.name == "angles.c")
+    formula = block.text.partition("{\n")[2].partition("\n}")[0]
+    assert formula.count("\n") == 3
+    assert formula in tutorial
 
 
 RUST_LINEAR = """
