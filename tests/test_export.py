@@ -291,13 +291,17 @@ def test_c_gives_the_same_bits(tmp_path, compiler):
     assert printed == wanted | {"rate": rate_expected()}
 
 
-EMBEDDED = [block for block in blocks(ROOT / "docs" / "embedded.md") if block.language == "c"]
+PAGE = blocks(ROOT / "docs" / "embedded.md")
+EMBEDDED = [block for block in PAGE if block.language == "c"]
 STRICT = ["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-I", str(HEADER.parent)]
 
 
 @pytest.mark.parametrize("block", EMBEDDED, ids=lambda block: block.where)
 def test_the_documented_c_compiles(block, tmp_path):
     needs("gcc")
+    for recipe in (block for block in PAGE if block.language == "toml"):
+        header = export_recipe(parse_recipe(recipe.text, recipe.name), "c", fs=100.0)
+        (tmp_path / recipe.name).with_suffix(".h").write_text(header, encoding="utf-8")
     (tmp_path / "seat.c").write_text(block.text, encoding="utf-8")
     run(*STRICT, "-c", "seat.c", cwd=tmp_path)
 
