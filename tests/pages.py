@@ -26,7 +26,7 @@ LANGUAGES = {"python", "sh", "toml", "c", "rust", "text"}
 
 BLOCK = re.compile(r"^```([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NAME = re.compile(r"(?:#|//|/\*) (\w[\w.-]*\.\w+)")
-HEADERS = ROOT / "crates/compfilt-capi/include"
+HEADERS = ROOT / "python/compfilt/include"
 SECONDS = 120
 
 

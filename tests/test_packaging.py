@@ -1,6 +1,11 @@
 """What a release is made from agrees: versions, the changelog, the workflows and what they call."""
 
+import os
 import re
+import shutil
+import subprocess
+import sys
+import tarfile
 from pathlib import Path
 
 import pytest
@@ -69,6 +74,33 @@ def test_only_the_date_is_missing_from_this_version():
         f"## {compfilt.__version__} - 2027-01-31",
     )
     assert faults == []
+
+
+def test_the_source_distribution_builds_the_c_library(tmp_path):
+    """Its crate is a member of the workspace there, and the lock file fits: cargo says what it would build."""
+    path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
+    maturin = shutil.which("maturin", path=path)
+    if maturin is None or shutil.which("cargo") is None:
+        pytest.skip("needs maturin and cargo")
+    command(maturin, "sdist", "--out", str(tmp_path), cwd=ROOT)
+    (archive,) = tmp_path.glob("*.tar.gz")
+    with tarfile.open(archive) as packed:
+        packed.extractall(tmp_path, filter="data")
+    folder = tmp_path / archive.name.removesuffix(".tar.gz")
+    header = "python/compfilt/include/compfilt.h"
+    assert (folder / header).read_bytes() == (ROOT / header).read_bytes()
+    tree = command(
+        *["cargo", "tree", "--locked", "--offline", "--package", "compfilt-capi", "--edges", "normal"],
+        cwd=folder,
+    )
+    assert tree.startswith("compfilt-capi v")
+    assert "compfilt-core v" in tree
+
+
+def command(*words, cwd):
+    done = subprocess.run(words, cwd=cwd, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
 
 @workflows

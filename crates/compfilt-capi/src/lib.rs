@@ -1,4 +1,5 @@
-//! compfilt for firmware in C. The header is `include/compfilt.h`; it is made from this crate.
+//! compfilt for firmware in C. The header is `python/compfilt/include/compfilt.h`, so that the Python package
+//! has it; it is made from this crate.
 //!
 //! | file | idea |
 //! | --- | --- |

@@ -17,14 +17,15 @@ LANGUAGES: Mapping[str, Callable[[Subject], str]] = {"c": c_source, "rust": rust
 def export_recipe(recipe: Recipe, to: str, *, fs: float | None = None) -> str:
     """Write the filter of a recipe as source code.
 
-    Linear filters become the constants of their gains at the sample rate. Attitude filters become a function that makes
-    them from constants, because their gains vary with the time since the start. Either way the chip computes in float32
-    with the bits of ``compfilt run`` on float32 signals in SI units.
+    Linear filters become the constants of their gains at the sample rate, tilt filters the same with their axes.
+    Attitude filters become a function that makes them from constants, because their gains vary with the time since the
+    start. Either way the chip computes in float32 with the bits of ``compfilt run`` on float32 signals in SI units.
 
     Parameters
     ----------
     recipe
-        What was tuned. Columns, units, policies for gaps, and outputs are the log's, and are left out.
+        What was tuned. Columns, units, policies for gaps, and outputs are the log's, and are left out; factors of columns
+        stand in a comment, for the chip to apply.
     to
         "c", a header on top of compfilt.h, or "rust", a module on top of compfilt-core.
     fs

@@ -7,7 +7,7 @@ import numpy as np
 import compfilt
 from compfilt.logs.export.subject import Number, Subject, numbers
 from compfilt.logs.kinds.attitude import Attitude
-from compfilt.logs.kinds.linear import Linear
+from compfilt.logs.kinds.tilt import Tilt
 
 __all__ = ["c_source"]
 
@@ -23,7 +23,13 @@ def c_source(subject: Subject) -> str:
     """Write a header with a constant filter, or with a function that makes one."""
     guard = f"COMPFILT_EXPORTED_{subject.name.upper()}_H"
     heading = "\n".join(f" * {line}" for line in subject.heading)
-    body = _attitude(subject) if isinstance(subject.filter, Attitude) else _linear(subject)
+    match subject.filter:
+        case Attitude():
+            body = _attitude(subject)
+        case Tilt():
+            body = _tilt(subject)
+        case _:
+            body = _linear(subject)
     return (
         f'/*\n{heading}\n */\n#ifndef {guard}\n#define {guard}\n\n#include "compfilt.h"\n\n{body}\n#endif\n'
     )
@@ -38,10 +44,43 @@ def _literal(number: Number) -> str:
 
 
 def _linear(subject: Subject) -> str:
-    """Write the constant filter of a linear design."""
+    """Write the constant filter of a linear design, with the function that it is for."""
+    rate = isinstance(subject.design, compfilt.RateFilter)
+    used = "compfilt_rate_update" if rate else f"compfilt_update_{subject.design.order}"
+    return f"/* For {used}. */\n{_constant(subject)}"
+
+
+def _tilt(subject: Subject) -> str:
+    """Write the constant filter of both angles and their axes, and a start where the recipe has one."""
+    order, stream = subject.design.order, subject.filter.stream
+    axes = f"{subject.name}_axes"
+    start = _tilt_start(subject, *stream["initial"]) if "initial" in stream else ""
+    return (
+        f"/* For compfilt_tilt_update_{order} and compfilt_tilt_angles_{order}, with {axes}. */\n"
+        f"{_constant(subject)}\n"
+        f"static const uint8_t {axes} = COMPFILT_AXES_{subject.axes.upper()};\n{start}"
+    )
+
+
+def _tilt_start(subject: Subject, first: float, second: float) -> str:
+    """Write a function that starts both angles in rad."""
+    order = subject.design.order
+    one, other = (_literal(number) for number in numbers([first, second]))
+    return f"""
+/* Starts where the recipe does, in the place of compfilt_tilt_start_{order}. */
+static inline CompfiltStatus {subject.name}_start(CompfiltTiltState{order} *state) {{
+    const CompfiltStatus status = compfilt_start_{order}_at(&state->angles[0], {one});
+    if (status != COMPFILT_STATUS_OK) {{
+        return status;
+    }}
+    return compfilt_start_{order}_at(&state->angles[1], {other});
+}}
+"""
+
+
+def _constant(subject: Subject) -> str:
+    """Write the filter of a linear design as a constant."""
     design, options = subject.design, subject.filter.stream
-    if not isinstance(subject.filter, Linear):
-        raise subject.refuse("compfilt.h has a tilt filter, but export does not write it yet; --to rust does")
     kind = _FILTERS.get((design.order, design.derivative_order))
     if kind is None or design.split != design.order or subject.rule != "backward_euler":
         raise subject.refuse(
@@ -61,12 +100,7 @@ def _linear(subject: Subject) -> str:
         *(f"    {_literal(numbers(value)[0])}, /* {name} */" for name, value in settings.items()),
         *(line for name in ("shifts", "ramp", "correction") for line in _field(name, gains[name])),
     ]
-    used = (
-        "compfilt_rate_update"
-        if isinstance(design, compfilt.RateFilter)
-        else f"compfilt_update_{design.order}"
-    )
-    return f"/* For {used}. */\nstatic const {kind} {subject.name} = {{\n" + "\n".join(lines) + "\n};\n"
+    return f"static const {kind} {subject.name} = {{\n" + "\n".join(lines) + "\n};\n"
 
 
 def _field(name: str, values: Iterable[Number]) -> list[str]:

@@ -69,11 +69,8 @@ def _policies(subject: Subject, type_: str, made: str) -> str:
     """Write the function that makes what meets missing samples."""
     options = subject.filter.stream
     if isinstance(subject.filter, Tilt):
-        structure = subject.filter.structure
-        if structure.get("rates", "output") != "output":
-            raise subject.refuse('rates = "frozen" is for logs')
         kind = f"compfilt_core::TiltFilter<f32, {type_}>"
-        axes = f"compfilt_core::Axes::{_AXES[structure['axes']]}"
+        axes = f"compfilt_core::Axes::{_AXES[subject.axes]}"
         steps = [f"compfilt_core::TiltFilter::new({made}, {axes})"]
     else:
         kind = f"compfilt_core::Stream<f32, {type_}>"

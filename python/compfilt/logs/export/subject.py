@@ -12,7 +12,7 @@ import compfilt
 from compfilt.logs.errors import RecipeError, UsageError, printable
 from compfilt.logs.kinds.attitude import Attitude
 from compfilt.logs.kinds.linear import Linear
-from compfilt.logs.kinds.tilt import Tilt
+from compfilt.logs.kinds.tilt import Tilt, angle_names
 from compfilt.logs.recipe import Recipe
 
 __all__ = ["Number", "Subject", "numbers"]
@@ -29,6 +29,10 @@ KEYWORDS = frozenset(
     """.split()  # noqa: SIM905 - a hundred words are read more easily than a hundred strings
 )
 """The words of C, of Rust and of C++ (whose sources include the header) that cannot name anything."""
+
+
+_BY_HAND = {"cube": "compfilt_core::Cube", "array": "compfilt_core::AccelerometerArray"}
+"""The kinds that are not exported, and what the core has for them."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +86,10 @@ class Subject:
         """Build the filter, and refuse what a chip cannot have."""
         filter_ = recipe.filter
         if not isinstance(filter_, (Linear, Tilt, Attitude)):
-            raise UsageError(f'{recipe.source}: a filter of kind = "{filter_.kind}" cannot be exported')
+            raise UsageError(
+                f'{recipe.source}: a filter of kind = "{filter_.kind}" cannot be exported: '
+                f"for a chip write it in Rust, with {_BY_HAND[filter_.kind]}"
+            )
         fs = recipe.clock.rate if fs is None else fs
         if fs is None:
             raise UsageError(
@@ -90,7 +97,13 @@ class Subject:
             )
         if filter_.stream.get("delay", 0.0):
             raise UsageError(
-                f"{recipe.source}: [filter] delay cannot be exported: it takes a store of past estimates"
+                f"{recipe.source}: [filter] delay cannot be exported: it takes a store of past estimates; "
+                "leave it out, or write it in Rust, with compfilt_core::History"
+            )
+        if isinstance(filter_, Tilt) and filter_.structure.get("rates", "output") != "output":
+            raise UsageError(
+                f'{recipe.source}: [filter] rates = "frozen" cannot be exported: it is for logs; leave rates and '
+                "at out, and the gyro is turned at the filter's own output"
             )
         hold = 0.1 if recipe.policy.hold is None else recipe.policy.hold
         try:
@@ -117,6 +130,17 @@ class Subject:
             f"{self.title}, sample rate {self.fs:g} Hz, sample period {Number(period).decimal} s.",
             "Signals in SI units: rad, rad/s, m/s^2; float32 (binary32) throughout.",
         ]
+        lines += [
+            f"The recipe multiplies {signal.name} by {', '.join(f'{factor:g}' for factor in signal.scale)}: "
+            "so must the chip, before the filter."
+            for signal in self.filter.signals
+            if set(signal.scale) != {1.0}
+        ]
+        if isinstance(self.filter, Tilt):
+            angles = " and ".join(angle_names(self.axes))
+            lines.append(
+                f"Gyro and accelerometer in the recipe's axes, {self.axes}; the angles are {angles}."
+            )
         if isinstance(self.filter, Attitude) and self.filter.axes == "frd":
             lines.append(
                 "The filter's axes are forward, left, up: change the sign of y and z of the recipe's frd."
@@ -129,8 +153,13 @@ class Subject:
     def title(self) -> str:
         """The filter as Python writes it."""
         if isinstance(self.filter, Tilt):
-            return f"TiltFilter({self.design!r}, axes={self.filter.structure['axes']!r})"
+            return f"TiltFilter({self.design!r}, axes={self.axes!r})"
         return repr(self.design)
+
+    @property
+    def axes(self) -> str:
+        """The body's axes, of a tilt filter."""
+        return str(cast("Tilt", self.filter).structure["axes"])
 
     @property
     def rule(self) -> str:

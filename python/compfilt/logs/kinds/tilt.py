@@ -16,7 +16,7 @@ from compfilt.logs.signals import Signal, parse_signal
 from compfilt.logs.table import Table
 from compfilt.logs.units import ACCELERATION, ANGLE, ANGULAR_RATE, Dimension
 
-__all__ = ["CUBE_ANGLES", "Tilt", "angle_columns", "parse_tilt"]
+__all__ = ["CUBE_ANGLES", "Tilt", "angle_columns", "angle_names", "parse_tilt"]
 
 CUBE_ANGLES = ("phi2", "phi3")
 """The names of the angles with the cube's axes."""
