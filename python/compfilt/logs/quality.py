@@ -46,7 +46,7 @@ def make_report(
     dict
         ``log``, ``result``, ``made_from`` (version of the program, hash of the recipe, size and hash of the log's beginning),
         ``complete`` and ``truncated``, ``rows``, ``time``, ``signals``, ``flags`` (what the filter did), ``faults`` (what was
-        wrong with the rows), ``policy``.
+        wrong with the rows), ``warnings`` (sentences on what the recipe seems to say wrongly), ``policy``.
     """
     recipe = pipeline.recipe
     return {
@@ -67,6 +67,7 @@ def make_report(
         },
         "flags": pipeline.counts,
         "faults": dict(zip(names_of(Faults), pipeline.faults.values(), strict=True)),
+        "warnings": [length.doubt for length in pipeline.lengths.values() if length.doubt],
         "policy": _policy(recipe),
     }
 
