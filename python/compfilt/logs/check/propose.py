@@ -14,6 +14,8 @@ def propose(survey: Survey, seen: Comparison, length: Length, direction: Array) 
     """Write the recipe: an attitude from all sensors that are there."""
     claims = survey.claims
     lines = ["version = 1", "", "[log]", _clock(survey, seen)]
+    if claims.separator is not None:
+        lines.append(f"separator = {toml_text(claims.separator)}")
     lines.append(f"gyro = {_gyro(survey, seen)}")
     triad = claims.triads["accelerometer"]
     change = seen.mounting.accelerometer

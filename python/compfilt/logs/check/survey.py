@@ -71,8 +71,7 @@ def survey(path: str | Path, claims: Claims) -> Survey:
     told: Unit | None = None
     unit = claims.time_unit
     period = 1.0 / claims.rate if claims.rate is not None else UNKNOWN_PERIOD
-    separator = None if claims.recipe is None else claims.recipe.separator
-    for ticks, values, told in read_chunks(path, claims.time, columns, separator):
+    for ticks, values, told in read_chunks(path, claims.time, columns, claims.separator):
         same = channels.follow(values)
         steps = np.full(len(values), period)
         if times is not None and ticks is not None:

@@ -15,7 +15,16 @@ import pyarrow as pa
 from compfilt.logs.errors import LogError, UsageError, quoted
 from compfilt.logs.readers.base import Columns, LogReader, size_of
 
-__all__ = ["FORMATS", "Columns", "LogReader", "check_library", "open_log", "read_schema", "size_of"]
+__all__ = [
+    "FORMATS",
+    "Columns",
+    "LogReader",
+    "check_library",
+    "first_lines",
+    "open_log",
+    "read_schema",
+    "size_of",
+]
 
 
 class Format(NamedTuple):
@@ -80,8 +89,15 @@ def open_log(
     return reader
 
 
-def read_schema(path: str | Path) -> pa.Schema:
+def read_schema(path: str | Path, separator: str | None = None) -> pa.Schema:
     """Read which columns a log has, and what they hold at its beginning.
+
+    Parameters
+    ----------
+    path
+        The log.
+    separator
+        What separates the fields of a text, where its ending does not tell it.
 
     Raises
     ------
@@ -91,8 +107,23 @@ def read_schema(path: str | Path) -> pa.Schema:
         The library for this format is not installed.
     """
     path = Path(path)
-    schema: pa.Schema = _module(_format(path)).read_columns(path)
+    kind = _format(path)
+    chosen = (separator,) if kind.title == "CSV" else ()
+    schema: pa.Schema = _module(kind).read_columns(path, *chosen)
     return schema
+
+
+def first_lines(path: str | Path, count: int) -> list[str] | None:
+    """Read the first lines of a text that hold anything; None if the log is no text.
+
+    Raises
+    ------
+    LogError
+        The log is not there, not readable, empty, or of an unknown kind.
+    """
+    path = Path(path)
+    kind = _format(path)
+    return _module(kind).first_lines(path, count) if kind.title == "CSV" else None
 
 
 def check_library(path: str | Path) -> None:
