@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from compfilt.logs import parse_recipe, run_log
 from compfilt.logs.errors import LogError, TruncatedLog
-from compfilt.logs.readers import Columns, open_log
+from compfilt.logs.readers import Columns, is_text, open_log
 from format_files import FORMATS, SIGNALS, data, recipe, write, write_mcap
 
 N = 400
@@ -44,13 +44,14 @@ def read_cut(path, folder, size, columns, **options):
     return read(cut, columns, **options)
 
 
-def check_begin(table, error, names, unit):
+def check_begin(table, error, names, unit, *, text):
     """Check that the rows are the log's first ones, and that the error counts them."""
     assert "\n" not in str(error)
     rows = 0 if table is None else table.num_rows
     if isinstance(error, TruncatedLog):
         assert error.rows == rows
-        assert str(error).startswith(f"the log cannot be read from row {rows + 1} on: ")
+        place = f"line {rows + 2}" if text else f"row {rows + 1}"
+        assert str(error).startswith(f"the log cannot be read from {place} on: ")
     columns = data(N)
     columns["t"] *= 1000 if unit == "ns" else 1
     for key in ("t", *SIGNALS) if rows else ():
@@ -82,7 +83,7 @@ def test_what_is_left_of_a_cut_log_is_its_begin(files, tmp_path_factory, name, p
             assert error.rows == whole
         if error is not None or not whole:
             return
-    rows = check_begin(table, error, names, unit)
+    rows = check_begin(table, error, names, unit, text=is_text(path))
     if name not in OPEN_ENDED:
         assert error is not None or rows == N
 
@@ -110,7 +111,7 @@ def test_most_of_a_cut_log_is_read(files, tmp_path, name):
     assert isinstance(error, TruncatedLog)
     assert (0 if table is None else table.num_rows) >= int(0.8 * N * SALVAGED[name])
     if name not in ("log.csv", "log.tsv"):
-        check_begin(table, error, names, unit)
+        check_begin(table, error, names, unit, text=is_text(path))
 
 
 @pytest.mark.parametrize(
@@ -162,7 +163,7 @@ def test_the_last_row_of_a_csv(tmp_path, end, rows, why, packed):
     if why is None:
         assert error is None
     else:
-        assert str(error) == f"the log cannot be read from row {rows + 1} on: {why}"
+        assert str(error) == f"the log cannot be read from line {rows + 2} on: {why}"
 
 
 @pytest.mark.parametrize(

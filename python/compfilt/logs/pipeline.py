@@ -10,7 +10,7 @@ import pyarrow as pa
 
 import compfilt
 from compfilt.logs.clock import Timeline, Timing, time_unit
-from compfilt.logs.errors import LogError, RecipeError
+from compfilt.logs.errors import RecipeError, RowError
 from compfilt.logs.faults import FAULTS, Faults
 from compfilt.logs.judge import Judge
 from compfilt.logs.lengths import MeanLength
@@ -110,6 +110,16 @@ class Pipeline:
     def gaps(self) -> int:
         """How many gaps were found in time."""
         return 0 if self.timeline is None else self.timeline.gaps
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The units of the columns that the filter gives, where they have one, and of the time where it is kept."""
+        clock = self.recipe.clock
+        kept = (
+            {clock.column: clock.unit.name} if clock.column in self.recipe.output.keep and clock.unit else {}
+        )
+        given = {channel.name: channel.unit.name for channel in self._channels if channel.unit is not None}
+        return {**{str(name): unit for name, unit in kept.items()}, **given}
 
     def schema(self, log: pa.Schema) -> pa.Schema:
         """Return the columns of the result, given those of the log; the unit stands in each field's metadata."""
@@ -217,7 +227,8 @@ class Pipeline:
                 failures.append(verdict.failure)
         if failures:
             # The first row of all, so that the message does not depend on how the log is cut.
-            raise LogError(min(failures, key=operator.itemgetter(0))[1])
+            row, why = min(failures, key=operator.itemgetter(0))
+            raise RowError(first_row + row, why)
         if faults.any():
             for fault in Faults:
                 self.faults[fault] += int(np.count_nonzero(faults & np.uint8(fault)))

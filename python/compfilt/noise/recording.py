@@ -12,7 +12,8 @@ from compfilt.logs.check.claims import Claims, Triad, by_names, by_recipe
 from compfilt.logs.check.layout import find_layout
 from compfilt.logs.check.source import number_columns, read_chunks
 from compfilt.logs.check.times import GAP, likely_unit
-from compfilt.logs.errors import LogError, UsageError, quoted
+from compfilt.logs.errors import LogError, UsageError, place_of, quoted
+from compfilt.logs.readers import is_text
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.units import ACCELERATION, ANGULAR_RATE, STANDARD_GRAVITY, Unit, UnitError, parse_unit
 from compfilt.noise.curves import Array
@@ -167,7 +168,7 @@ def _read(path: str | Path, claims: Claims, columns: Sequence[str]) -> tuple[Arr
     ticks = np.concatenate([chunk.ticks for chunk in chunks if chunk.ticks is not None] or [np.empty(0)])
     if not np.isfinite(ticks).all():
         row = int(np.argmin(np.isfinite(ticks)))
-        raise LogError(f"row {row + 1} has no time in column {quoted(claims.time)}")
+        raise LogError(f"{place_of(row + 1, text=is_text(path))} has no time in column {quoted(claims.time)}")
     ahead = np.diff(ticks)[np.diff(ticks) > 0.0]
     if not len(ahead):
         raise LogError(f"the times in column {quoted(claims.time)} do not go forward")

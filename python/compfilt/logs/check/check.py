@@ -78,8 +78,7 @@ def check_log(path: str | Path, recipe: Recipe | None = None) -> Report:
     findings = [*layout.findings, *judge_time(seen), *judge_channels(seen)]
     proposal = None
     if claims.has_both:
-        more, proposal = _motion(seen)
-        findings += more
+        proposal = _motion(seen, findings)
     else:
         findings += _nothing_to_compare(path, claims)
     if recipe is not None and recipe.filter.kind not in {"attitude", "tilt"}:
@@ -94,8 +93,8 @@ def _guess(path: str | Path, separator: str | None) -> Claims:
     return named if named.has_both and named.time is not None else by_behaviour(path, columns, named)
 
 
-def _motion(seen: Survey) -> tuple[list[Finding], str]:
-    """Look at what gyro and accelerometer say together."""
+def _motion(seen: Survey, found: list[Finding]) -> str:
+    """Add what gyro and accelerometer say together to what was found; return a recipe that fits all of it."""
     rests = find_rests(seen.segments, seen.columns_of("gyro"), seen.columns_of("accelerometer"))
     length = length_of_gravity(seen, rests)
     compared = compare(seen, rests)
@@ -112,7 +111,8 @@ def _motion(seen: Survey) -> tuple[list[Finding], str]:
         yield from judge_delay(seen, compared, factor)
 
     direction = usual_direction(seen, rests, compared.mounting.accelerometer)
-    return list(findings()), propose(seen, compared, length, direction)
+    found += findings()
+    return propose(seen, compared, length, direction, found)
 
 
 def _nothing_to_compare(path: str | Path, claims: Claims) -> Iterator[Finding]:

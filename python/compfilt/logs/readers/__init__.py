@@ -21,6 +21,7 @@ __all__ = [
     "LogReader",
     "check_library",
     "first_lines",
+    "is_text",
     "open_log",
     "read_schema",
     "size_of",
@@ -54,6 +55,8 @@ FORMATS = (
     Format("MCAP", "bags", (".mcap",), (b"\x89MCAP0\r\n",), "bags", "rosbags"),
 )
 """The kinds of logs that can be read. A ROS 2 bag may also be a folder."""
+
+TEXT = FORMATS[0]
 
 
 def open_log(
@@ -108,7 +111,7 @@ def read_schema(path: str | Path, separator: str | None = None) -> pa.Schema:
     """
     path = Path(path)
     kind = _format(path)
-    chosen = (separator,) if kind.title == "CSV" else ()
+    chosen = (separator,) if kind is TEXT else ()
     schema: pa.Schema = _module(kind).read_columns(path, *chosen)
     return schema
 
@@ -123,7 +126,12 @@ def first_lines(path: str | Path, count: int) -> list[str] | None:
     """
     path = Path(path)
     kind = _format(path)
-    return _module(kind).first_lines(path, count) if kind.title == "CSV" else None
+    return _module(kind).first_lines(path, count) if kind is TEXT else None
+
+
+def is_text(path: str | Path) -> bool:
+    """Tell whether a log that was opened is a text, whose rows have numbers of lines."""
+    return _format(Path(path)) is TEXT
 
 
 def check_library(path: str | Path) -> None:

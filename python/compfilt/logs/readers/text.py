@@ -55,7 +55,7 @@ def open_reader(path: Path, columns: Columns, batch_bytes: int, _batch_rows: int
                     rows += batch.num_rows
                     yield batch
             if source.failure:
-                raise TruncatedLog(rows, source.failure)
+                raise TruncatedLog(rows, source.failure, text=True)
 
         schema = pa.schema([(name, types[name]) for name in columns.all])
         yield Reading(schema, source.size, batches, source.position)
