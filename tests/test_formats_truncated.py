@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from compfilt.logs import parse_recipe, run_log
-from compfilt.logs.errors import LogError, TruncatedLog
+from compfilt.logs.errors import LogError, RowError, TruncatedLog
 from compfilt.logs.readers import Columns, is_text, open_log
 from format_files import FORMATS, SIGNALS, data, recipe, write, write_mcap
 
@@ -264,7 +264,7 @@ def test_a_run_on_a_cut_log_keeps_what_is_readable(files, tmp_path):
     out = tmp_path / "out.parquet"
     summary = run_log(parse_recipe(recipe()), path, out)
     assert re.fullmatch(
-        r"the log cannot be read from row \d+ on: its last row has \d fields, not 7", summary.truncated
+        r"the log cannot be read from line \d+ on: its last row has \d fields, not 7", summary.truncated
     )
     assert pq.read_metadata(out).num_rows == summary.rows > 0
 
@@ -272,3 +272,7 @@ def test_a_run_on_a_cut_log_keeps_what_is_readable(files, tmp_path):
 def test_the_error_pickles():
     error = pickle.loads(pickle.dumps(TruncatedLog(7, "a\nb")))
     assert (error.rows, str(error)) == (7, r"the log cannot be read from row 8 on: a\nb")
+    error = pickle.loads(pickle.dumps(TruncatedLog(7, "a", text=True)))
+    assert (error.rows, str(error)) == (7, "the log cannot be read from line 9 on: a")
+    error = pickle.loads(pickle.dumps(RowError(7, "row 7 is odd")))
+    assert (error.row, str(error), str(error.in_text())) == (7, "row 7 is odd", "line 8 is odd")

@@ -27,7 +27,7 @@ def report_as_table(report: NoiseReport) -> str:
         lines += [*_motors(report.motors), ""]
     lines += _densities(report)
     notes = [*report.notes, *_joined(report.channels)]
-    if any(channel.lines for channel in (*report.channels, *report.motors)):
+    if any(channel.lines for channel in report.channels) or any(motor.lines for motor in report.motors):
         notes.append(FALSE_LINES)
     if notes:
         lines += ["", *(f"note: {note}" for note in notes)]

@@ -121,7 +121,7 @@ def judge_bias(survey: Survey, rests: list[Rest], scale: float, *, trusted: bool
             evidence.replace(" deg/s", " deg/s if it is in rad/s"),
         )
     elif largest > BIAS_LIMIT:
-        if not trusted:
+        if not trusted and claimed is not None:
             # Whichever it is, a filter with this claim is wrong.
             evidence += f"; the log does not tell whether the gyro is in {claimed.name}: if not, that is wrong instead"
         yield Finding(
