@@ -319,6 +319,8 @@ def test_a_way_back_is_named_with_what_accepts_it(log, tmp_path, name, word):
     accepting = parse_recipe(f"{SI}\n[policy]\n{line}\n")
     assert run_log(accepting, tmp_path / name, tmp_path / "out.csv").rows == 1500
     assert check_log(tmp_path / name, accepting).about("backwards time")[0].level == "note"
+    proposed = parse_recipe(check_log(tmp_path / name).recipe)
+    assert run_log(proposed, tmp_path / name, tmp_path / "out.csv").rows == 1500
 
 
 def test_a_bias_is_found_where_the_unit_cannot_be_told(tmp_path):

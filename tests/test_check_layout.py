@@ -120,8 +120,8 @@ def test_columns_that_are_no_sensors_are_listed(tmp_path):
 
 
 def test_a_log_without_any_number(tmp_path):
-    """It is counted, and not read as something else in every block."""
-    path = write(tmp_path / "words.csv", "name,place\n" + "a,b\n" * 400_000)
+    """It is counted, and not read as words in one block and as numbers in the next."""
+    path = write(tmp_path / "words.csv", "name,place\n" + "a,b\n" * 10 + "1,2\n" * 399_990)
     report = check_log(path)
     assert report.rows == 400_000
     assert report.about("axes")[0].level == "wrong"

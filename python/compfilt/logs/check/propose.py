@@ -42,6 +42,8 @@ def propose(
     lines += [finding.fix.split("  #")[0] for finding in findings if IN_FILTER in finding.fix]
     if survey.times is not None:
         lines += ["", "[policy]", 'gap = { longer_than = "500 ms", do = "reset" }']
+        if survey.times.back.count:
+            lines.append('backwards = "coast"')
     lines += [
         "",
         "[output]",
