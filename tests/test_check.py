@@ -26,9 +26,11 @@ from compfilt.logs.check.segments import Slicer
 from compfilt.logs.check.source import Column, number_columns
 from compfilt.logs.check.times import Times, likely_unit
 from compfilt.logs.check.turning import MOUNTINGS, try_mountings
+from compfilt.logs.errors import LogError
 from handled import FORCE, GYRO, MAG, handled, save
 
 # Which way is up shows only where the body stands upright most of the time: see the test of the drive.
+SI = check.RECIPE.format(clock=check.TIME, magnetometer="")
 FAULTS = {fault.name: fault for fault in check.faults() if fault.name not in {"clean", "acc. xyz negated"}}
 
 
@@ -283,6 +285,77 @@ def test_a_delay_is_found(log, tmp_path):
     (finding,) = report.about("gyro delay")
     assert finding.level == "wrong"
     assert "the accelerometer is" in finding.what
+    # What is to be said of the filter is in the recipe, and it is read.
+    line = finding.fix.split("  #")[0]
+    assert line.startswith("gyro_delay = ")
+    assert f'method = "gravity"\n{line}\n' in report.recipe
+    assert parse_recipe(report.recipe)
+
+
+def test_what_is_wrong_comes_first(log, tmp_path):
+    """Then what cannot be told, then the rest; on paper as in the report."""
+    spoilt = {name: values[:1500] for name, values in check.scaled(("t",), 1e3)(log).items()}
+    report = check_log(save(spoilt, tmp_path / "log.parquet"), parse_recipe(SI))
+    levels = [finding.level for finding in report.findings]
+    assert levels == sorted(levels, key=("wrong", "unknown", "note").index)
+    assert set(levels) == {"wrong", "unknown", "note"}
+    marks = [line.split(":")[0] for line in str(report).splitlines()[1:] if not line.startswith(" ")]
+    assert list(dict.fromkeys(marks)) == ["WRONG", "cannot be told", "ok"]
+
+
+@pytest.mark.parametrize(("name", "word"), [("log.csv", "line 502"), ("log.parquet", "row 501")])
+def test_a_way_back_is_named_with_what_accepts_it(log, tmp_path, name, word):
+    """In a text by the line, of which the header is the first."""
+    spoilt = {name: values[:1500].copy() for name, values in log.items()}
+    spoilt["t"][500:] -= 1.0
+    simulate.write(spoilt, tmp_path / name)
+    report = check_log(tmp_path / name, parse_recipe(SI))
+    (finding,) = report.about("backwards time")
+    assert finding.level == "wrong"
+    assert finding.evidence.startswith(f"{word};")
+    line = finding.fix.split("  #")[0]
+    with pytest.raises(LogError, match=rf"^{word}: time runs backwards by 0.99 s; {line} in \[policy\]"):
+        run_log(parse_recipe(SI), tmp_path / name, tmp_path / "out.csv")
+    accepting = parse_recipe(f"{SI}\n[policy]\n{line}\n")
+    assert run_log(accepting, tmp_path / name, tmp_path / "out.csv").rows == 1500
+    assert check_log(tmp_path / name, accepting).about("backwards time")[0].level == "note"
+    proposed = parse_recipe(check_log(tmp_path / name).recipe)
+    assert run_log(proposed, tmp_path / name, tmp_path / "out.csv").rows == 1500
+
+
+def test_a_bias_is_found_where_the_unit_cannot_be_told(tmp_path):
+    """The body only rests: whether the claimed unit is right or not, a filter with that claim would be wrong."""
+    rng = np.random.default_rng(2)
+    log = {"t": np.arange(9000) / 100}
+    log |= {name: np.radians(3.0) + rng.normal(0.0, 0.002, 9000) for name in GYRO}
+    log |= {name: 9.81 * (name == "az") + rng.normal(0.0, 0.02, 9000) for name in FORCE}
+    path = save(log, tmp_path / "log.parquet")
+    report = check_log(path, parse_recipe(SI))
+    assert report.about("gyro unit")[0].level == "unknown"
+    (finding,) = report.wrong
+    assert finding.topic == "gyro bias"
+    assert "more than the filters learn" in finding.what
+    assert "the log does not tell whether the gyro is in rad/s" in finding.evidence
+    small = log | {name: log[name] - np.radians(2.0) for name in GYRO}
+    assert check_log(save(small, tmp_path / "small.parquet"), parse_recipe(SI)).wrong == ()
+    # Where nobody claims a unit there is no such conclusion, and no number in deg/s either.
+    (finding,) = check_log(path).about("gyro bias")
+    assert finding.level == "unknown"
+    assert finding.what == "the gyro reads (0.0524, 0.0524, 0.0524) at rest, and its unit cannot be told"
+
+
+def test_axes_that_point_down_are_named(tmp_path):
+    """With the line of a recipe that says so."""
+    rng = np.random.default_rng(2)
+    log = {"t": np.arange(3000) / 100} | {name: rng.normal(0.0, 0.002, 3000) for name in GYRO}
+    log |= {name: -9.81 * (name == "az") + rng.normal(0.0, 0.02, 3000) for name in FORCE}
+    path = save(log, tmp_path / "log.parquet")
+    (finding,) = check_log(path).about("direction of gravity")
+    assert "north-east-down" in finding.what
+    assert finding.fix == 'axes = "frd"'
+    (finding,) = check_log(path, parse_recipe(SI)).about("direction of gravity")
+    assert finding.level == "wrong"
+    assert finding.fix.splitlines()[1] == 'axes = "frd"  # instead, if z points down, as in north-east-down'
 
 
 # ------------------------------------------------------------------------------------------------------------ the command

@@ -14,8 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from compfilt.logs import parse_recipe, run_log
-from compfilt.logs.errors import LogError, TruncatedLog
-from compfilt.logs.readers import Columns, open_log
+from compfilt.logs.errors import LogError, RowError, TruncatedLog
+from compfilt.logs.readers import Columns, is_text, open_log
 from format_files import FORMATS, SIGNALS, data, recipe, write, write_mcap
 
 N = 400
@@ -44,13 +44,14 @@ def read_cut(path, folder, size, columns, **options):
     return read(cut, columns, **options)
 
 
-def check_begin(table, error, names, unit):
+def check_begin(table, error, names, unit, *, text):
     """Check that the rows are the log's first ones, and that the error counts them."""
     assert "\n" not in str(error)
     rows = 0 if table is None else table.num_rows
     if isinstance(error, TruncatedLog):
         assert error.rows == rows
-        assert str(error).startswith(f"the log cannot be read from row {rows + 1} on: ")
+        place = f"line {rows + 2}" if text else f"row {rows + 1}"
+        assert str(error).startswith(f"the log cannot be read from {place} on: ")
     columns = data(N)
     columns["t"] *= 1000 if unit == "ns" else 1
     for key in ("t", *SIGNALS) if rows else ():
@@ -82,7 +83,7 @@ def test_what_is_left_of_a_cut_log_is_its_begin(files, tmp_path_factory, name, p
             assert error.rows == whole
         if error is not None or not whole:
             return
-    rows = check_begin(table, error, names, unit)
+    rows = check_begin(table, error, names, unit, text=is_text(path))
     if name not in OPEN_ENDED:
         assert error is not None or rows == N
 
@@ -110,7 +111,7 @@ def test_most_of_a_cut_log_is_read(files, tmp_path, name):
     assert isinstance(error, TruncatedLog)
     assert (0 if table is None else table.num_rows) >= int(0.8 * N * SALVAGED[name])
     if name not in ("log.csv", "log.tsv"):
-        check_begin(table, error, names, unit)
+        check_begin(table, error, names, unit, text=is_text(path))
 
 
 @pytest.mark.parametrize(
@@ -162,7 +163,7 @@ def test_the_last_row_of_a_csv(tmp_path, end, rows, why, packed):
     if why is None:
         assert error is None
     else:
-        assert str(error) == f"the log cannot be read from row {rows + 1} on: {why}"
+        assert str(error) == f"the log cannot be read from line {rows + 2} on: {why}"
 
 
 @pytest.mark.parametrize(
@@ -263,7 +264,7 @@ def test_a_run_on_a_cut_log_keeps_what_is_readable(files, tmp_path):
     out = tmp_path / "out.parquet"
     summary = run_log(parse_recipe(recipe()), path, out)
     assert re.fullmatch(
-        r"the log cannot be read from row \d+ on: its last row has \d fields, not 7", summary.truncated
+        r"the log cannot be read from line \d+ on: its last row has \d fields, not 7", summary.truncated
     )
     assert pq.read_metadata(out).num_rows == summary.rows > 0
 
@@ -271,3 +272,7 @@ def test_a_run_on_a_cut_log_keeps_what_is_readable(files, tmp_path):
 def test_the_error_pickles():
     error = pickle.loads(pickle.dumps(TruncatedLog(7, "a\nb")))
     assert (error.rows, str(error)) == (7, r"the log cannot be read from row 8 on: a\nb")
+    error = pickle.loads(pickle.dumps(TruncatedLog(7, "a", text=True)))
+    assert (error.rows, str(error)) == (7, "the log cannot be read from line 9 on: a")
+    error = pickle.loads(pickle.dumps(RowError(7, "row 7 is odd")))
+    assert (error.row, str(error), str(error.in_text())) == (7, "row 7 is odd", "line 8 is odd")

@@ -15,6 +15,7 @@ from compfilt.logs import parse_recipe
 from compfilt.logs.errors import LogError, UsageError
 from compfilt.noise.log import analyse_log
 from compfilt.noise.recording import read_recording
+from handled import handled
 
 FS = 100.0
 COLUMNS = ("gx", "gy", "gz", "ax", "ay", "az")
@@ -286,8 +287,59 @@ def test_the_command_prints_a_table(logs, capsys):
     assert "200 s at rest, 100 Hz" in out
     assert "angle random walk / deg/√h" in out
     assert "17 Hz" in out
+    assert out.count("note: noise alone shows a line in about 1 of 100 channels") == 1
     assert "compfilt.design.from_densities(" in out
     assert max(map(len, out.splitlines())) < 125
+
+
+def test_without_lines_nothing_is_said_of_them(logs, capsys):
+    _, out, _ = run(capsys, logs / "rest.parquet")
+    assert "lines (rms" not in out
+    assert "shows a line" not in out
+
+
+def test_lines_of_noise_alone_are_as_rare_as_is_said():
+    """About 1 of 100 channels, counted over 600 of them."""
+    rng = np.random.default_rng(8)
+    found = sum(bool(noise.find_lines(rng.normal(size=4000), fs=100.0)) for _ in range(600))
+    assert 1 <= found <= 18
+
+
+def as_text(columns, path, separator=","):
+    rows = np.column_stack(list(columns.values()))
+    np.savetxt(path, rows, "%.5f", separator, header=separator.join(columns), comments="")
+    return path
+
+
+def test_the_gyros_unit_is_proposed_where_the_log_shows_it(still, tmp_path, capsys):
+    """At rest it does not; then it is said what does."""
+    path = as_text(table(*still), tmp_path / "rest.csv")
+    status, out, err = run(capsys, path)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "give --gyro-unit, such as deg/s, or a recipe; compfilt check tells it from a log in which" in err
+    moved = handled(seconds=90.0, seed=3)
+    moved |= {name: np.degrees(moved[name]) for name in ("gx", "gy", "gz")}
+    path = as_text({name: moved[name] for name in ("t", *COLUMNS)}, tmp_path / "moved.csv")
+    status, out, err = run(capsys, path, "--longest-rest")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "by the log's motion it is deg/s, as compfilt check says; give --gyro-unit deg/s" in err
+
+
+def test_other_separators_and_logs_without_a_header(still, tmp_path, capsys):
+    path = as_text(table(*still), tmp_path / "rest.csv", ";")
+    status, out, _ = run(capsys, path, "--gyro-unit", "deg/s")
+    assert status == 0
+    assert "200 s at rest" in out
+    recipe = RECIPE.replace("[log]", '[log]\nseparator = ";"')
+    names = ("clock", "p", "q", "r", "u", "v", "w")
+    renamed = dict(zip(names, table(*still).values(), strict=True))
+    as_text(renamed | {"clock": 1e3 * renamed["clock"]}, tmp_path / "other.csv", ";")
+    assert analyse_log(tmp_path / "other.csv", parse_recipe(recipe)).fs == pytest.approx(FS)
+    lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+    path.write_text("".join(lines[1:]), encoding="utf-8")
+    status, _, err = run(capsys, path, "--gyro-unit", "deg/s")
+    assert status == 1
+    assert "the first row is numbers: is the header missing? (compfilt check tells more)" in err
 
 
 def test_the_command_prints_json(logs, capsys):

@@ -277,7 +277,10 @@ def test_an_epoch_in_nanoseconds_loses_nothing():
 def test_time_running_backwards_names_the_row():
     t = 0.01 * np.arange(200)
     t[123] = t[120]
-    with pytest.raises(LogError, match=r"^row 124: time runs backwards by 0\.02 s$"):
+    with pytest.raises(
+        LogError,
+        match=r"^row 124: time runs backwards by 0\.02 s; backwards = .coast. in \[policy\] passes over such rows$",
+    ):
         run(TWO, cut(two_log(t=t), [50, 123]))
 
 

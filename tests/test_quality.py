@@ -99,6 +99,13 @@ def test_what_was_put_into_the_log_is_in_the_report(recipe, log, tmp_path):
     assert report["policy"]["backwards"] == "fail"
 
 
+def test_the_units_of_the_columns_are_told(log, tmp_path):
+    """A CSV has no other place for them; a column without a unit is not among them."""
+    text = RECIPE.replace('"flags"]', '"bias", "flags"]\nunit = "mrad"\nkeep = ["t", "rate"]')
+    report = report_of(parse_recipe(text), log, tmp_path / "out.csv")
+    assert report["units"] == {"t": "ms", "estimate": "mrad", "bias": "mrad/s"}
+
+
 def test_the_report_has_the_same_bytes_in_every_run(recipe, log, tmp_path):
     texts = set()
     for rows in (2000, 500, 37):

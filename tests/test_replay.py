@@ -97,7 +97,7 @@ def test_a_text_is_read_as_by_runs(tmp_path, name, separator, log, form):
 def test_a_trace_that_is_cut_is_named(tmp_path):
     trace = written(tmp_path / "device.csv", recorded(100), bits)
     trace.write_bytes(trace.read_bytes()[:-30])
-    with pytest.raises(LogError, match="the log cannot be read from row 100 on: its last row has"):
+    with pytest.raises(LogError, match="the log cannot be read from line 101 on: its last row has"):
         replay_trace(parse_recipe(RECIPE), trace)
 
 

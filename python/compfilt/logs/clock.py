@@ -178,7 +178,10 @@ class Timeline:
         if back.any():
             row = int(back.argmax())
             by = -steps[row] if steps[row] < 0.0 else latest[row] - raw[row]
-            why = f"row {first_row + row}: time runs backwards by {by:.6g} s"
+            why = (
+                f"row {first_row + row}: time runs backwards by {by:.6g} s; "
+                'backwards = "coast" in [policy] passes over such rows'
+            )
             timing.mark(back, Faults.BACKWARDS, self._policy.backwards, why)
         same = (steps == 0.0) & ~back
         if before is None:

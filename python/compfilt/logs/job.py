@@ -9,13 +9,13 @@ import pyarrow as pa
 
 from compfilt.logs.draft import Draft, open_draft
 from compfilt.logs.encoders import ROWS_PER_GROUP, LogWriter
-from compfilt.logs.errors import LogError, TruncatedLog, UsageError
+from compfilt.logs.errors import LogError, RowError, TruncatedLog, UsageError
 from compfilt.logs.identity import describe
 from compfilt.logs.outcome import Job, Outcome, Summary
 from compfilt.logs.overlap import ahead, behind
 from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.quality import make_report, read_report, report_path, write_report
-from compfilt.logs.readers import LogReader, open_log
+from compfilt.logs.readers import LogReader, is_text, open_log
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.writers import check_ending
 
@@ -153,7 +153,8 @@ def run_log(
                     if resume
                     else "what an earlier run left was dropped"
                 )
-            truncated = _filter(reader, pipeline, draft, _Progress(reader, advance, pipeline.rows))
+            progress = _Progress(reader, advance, pipeline.rows)
+            truncated = _filter(reader, pipeline, draft, progress, text=is_text(log))
             report = make_report(log, out, identity, pipeline, truncated)
             # Never a report beside a result that it is not of: a result without one is not taken for complete.
             report_path(out).unlink(missing_ok=True)
@@ -190,7 +191,7 @@ class _Progress:
             self._bytes, self._rows = position, rows
 
 
-def _filter(reader: LogReader, pipeline: Pipeline, draft: Draft, progress: _Progress) -> str:
+def _filter(reader: LogReader, pipeline: Pipeline, draft: Draft, progress: _Progress, *, text: bool) -> str:
     """Filter what the pipeline has not seen yet; return why the log could not be read to its end, if so."""
     truncated = ""
     with (
@@ -209,6 +210,8 @@ def _filter(reader: LogReader, pipeline: Pipeline, draft: Draft, progress: _Prog
             if not pipeline.rows:
                 raise
             truncated = str(error)
+        except RowError as error:
+            raise (error.in_text() if text else error) from None
     return truncated
 
 

@@ -21,6 +21,9 @@ def merge_states(first: State, second: State) -> State:
         "counts": _sums(first["counts"], second["counts"]),
         "faults": np.add(first["faults"], second["faults"]).tolist(),
         "timeline": second["timeline"] and _timelines(first["timeline"], second["timeline"]),
+        "lengths": {
+            name: np.add(sums, second["lengths"][name]).tolist() for name, sums in first["lengths"].items()
+        },
         "signals": [_signals(*pair) for pair in zip(first["signals"], second["signals"], strict=True)],
     }
 

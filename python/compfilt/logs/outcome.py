@@ -90,5 +90,10 @@ class Outcome:
         """Whether something was wrong with the log."""
         return self.status in ("failed", "truncated")
 
+    @property
+    def warnings(self) -> list[str]:
+        """What the recipe seems to say wrongly about the log."""
+        return [] if self.report is None else list(self.report.get("warnings", ()))
+
     def __str__(self) -> str:
         return f"{self.job.log}: {self.message}"

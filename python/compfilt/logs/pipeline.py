@@ -10,9 +10,10 @@ import pyarrow as pa
 
 import compfilt
 from compfilt.logs.clock import Timeline, Timing, time_unit
-from compfilt.logs.errors import LogError, RecipeError
+from compfilt.logs.errors import RecipeError, RowError
 from compfilt.logs.faults import FAULTS, Faults
 from compfilt.logs.judge import Judge
+from compfilt.logs.lengths import MeanLength
 from compfilt.logs.outputs import Channel, choose
 from compfilt.logs.readers.base import check_kinds, check_present
 from compfilt.logs.recipe import Recipe
@@ -60,6 +61,8 @@ class Pipeline:
         What the times of the log were like, where it has any.
     judges : list of Judge
         What the samples were like, for each of the filter's signals.
+    lengths : dict of str to MeanLength
+        How long the readings of the accelerometer and of the gyro are, where the filter has one of them.
 
     Raises
     ------
@@ -88,6 +91,11 @@ class Pipeline:
         self.judges = [
             Judge(signal, recipe.policy.of(signal.name), self._dtype) for signal in recipe.filter.signals
         ]
+        self.lengths = {
+            signal.name: MeanLength(signal)
+            for signal in recipe.filter.signals
+            if signal.name in ("accelerometer", "gyro")
+        }
         # A log without rows shows what the filter has, and leaves its state as it is.
         nothing = [signal.empty(self._dtype) for signal in recipe.filter.signals]
         blank = self._stream.estimate(
@@ -102,6 +110,16 @@ class Pipeline:
     def gaps(self) -> int:
         """How many gaps were found in time."""
         return 0 if self.timeline is None else self.timeline.gaps
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The units of the columns that the filter gives, where they have one, and of the time where it is kept."""
+        clock = self.recipe.clock
+        kept = (
+            {clock.column: clock.unit.name} if clock.column in self.recipe.output.keep and clock.unit else {}
+        )
+        given = {channel.name: channel.unit.name for channel in self._channels if channel.unit is not None}
+        return {**{str(name): unit for name, unit in kept.items()}, **given}
 
     def schema(self, log: pa.Schema) -> pa.Schema:
         """Return the columns of the result, given those of the log; the unit stands in each field's metadata."""
@@ -196,7 +214,10 @@ class Pipeline:
         failures = [] if timing is None or timing.failure is None else [timing.failure]
         values = []
         for signal, judge in zip(self.recipe.filter.signals, self.judges, strict=True):
-            verdict = judge.process(signal.take(batch, self._dtype), seconds, first_row, coasting, holding)
+            taken = signal.take(batch, self._dtype)
+            if signal.name in self.lengths:
+                self.lengths[signal.name].follow(taken, first_row)
+            verdict = judge.process(taken, seconds, first_row, coasting, holding)
             values.append(verdict.values)
             if verdict.faults is not None:
                 faults |= verdict.faults
@@ -206,7 +227,8 @@ class Pipeline:
                 failures.append(verdict.failure)
         if failures:
             # The first row of all, so that the message does not depend on how the log is cut.
-            raise LogError(min(failures, key=operator.itemgetter(0))[1])
+            row, why = min(failures, key=operator.itemgetter(0))
+            raise RowError(first_row + row, why)
         if faults.any():
             for fault in Faults:
                 self.faults[fault] += int(np.count_nonzero(faults & np.uint8(fault)))
@@ -271,6 +293,7 @@ class Pipeline:
             "faults": [self.faults[fault] for fault in Faults],
             "timeline": None if self.timeline is None else self.timeline.state,
             "signals": [judge.state for judge in self.judges],
+            "lengths": {name: length.state for name, length in self.lengths.items()},
             # A state is made of plain numbers, and this is how it pickles.
             "stream": None if stream is None else list(stream.__reduce__()[1]),
         }
@@ -284,6 +307,8 @@ class Pipeline:
             self.timeline.state = value["timeline"]
         for judge, state in zip(self.judges, value["signals"], strict=True):
             judge.state = state
+        for name, length in self.lengths.items():
+            length.state = value["lengths"][name]
         if value["stream"] is not None:
             self._stream.state = compfilt.State(*value["stream"])
 

@@ -45,8 +45,8 @@ def make_report(
     -------
     dict
         ``log``, ``result``, ``made_from`` (version of the program, hash of the recipe, size and hash of the log's beginning),
-        ``complete`` and ``truncated``, ``rows``, ``time``, ``signals``, ``flags`` (what the filter did), ``faults`` (what was
-        wrong with the rows), ``policy``.
+        ``complete`` and ``truncated``, ``rows``, ``time``, ``units`` (of the result's columns), ``signals``, ``flags`` (what the filter did), ``faults`` (what was
+        wrong with the rows), ``warnings`` (sentences on what the recipe seems to say wrongly), ``policy``.
     """
     recipe = pipeline.recipe
     return {
@@ -57,6 +57,7 @@ def make_report(
         "truncated": truncated or None,
         "rows": pipeline.rows,
         "time": _time(recipe, pipeline),
+        "units": pipeline.units,
         "signals": {
             signal.name: {
                 column: _channel(judge, place, column)
@@ -67,6 +68,7 @@ def make_report(
         },
         "flags": pipeline.counts,
         "faults": dict(zip(names_of(Faults), pipeline.faults.values(), strict=True)),
+        "warnings": [length.doubt for length in pipeline.lengths.values() if length.doubt],
         "policy": _policy(recipe),
     }
 

@@ -85,6 +85,9 @@ class Terminal(Watch):
         self._outcomes.append(outcome)
         if self._lines:
             tqdm.write(f"compfilt: {outcome}", file=sys.stderr)
+        # A wrong unit spoils every number of the result: nobody asks for so little that it may be kept from them.
+        for warning in outcome.warnings:
+            tqdm.write(f"compfilt: {outcome.job.log}: warning: {warning}", file=sys.stderr)
 
     def close(self) -> None:
         """Take all bars away; on a terminal write the table, if there were several logs."""
@@ -96,7 +99,7 @@ class Terminal(Watch):
 
 
 class JsonLines(Terminal):
-    """One JSON object a line and log, on stdout, in the order in which they end; no lines for people."""
+    """One JSON object a line and log, on stdout, in the order in which they end; no lines for people but warnings."""
 
     def __init__(self, jobs: Sequence[Job], *, file: IO[str] | None = None) -> None:
         super().__init__(jobs, lines=False)

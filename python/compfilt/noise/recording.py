@@ -7,10 +7,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from compfilt.logs.check import check_log
 from compfilt.logs.check.claims import Claims, Triad, by_names, by_recipe
+from compfilt.logs.check.layout import find_layout
 from compfilt.logs.check.source import number_columns, read_chunks
 from compfilt.logs.check.times import GAP, likely_unit
-from compfilt.logs.errors import LogError, UsageError, quoted
+from compfilt.logs.errors import LogError, UsageError, place_of, quoted
+from compfilt.logs.readers import is_text
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.units import ACCELERATION, ANGULAR_RATE, STANDARD_GRAVITY, Unit, UnitError, parse_unit
 from compfilt.noise.curves import Array
@@ -86,10 +89,10 @@ def read_recording(
     UsageError
         Nothing tells the gyro's unit, or `gyro_unit` is none.
     """
-    claims = by_names(number_columns(path)) if recipe is None else by_recipe(recipe)
+    claims = _by_names(path) if recipe is None else by_recipe(recipe)
     _check_claims(claims)
     gyro, force = claims.triads["gyro"], claims.triads["accelerometer"]
-    gyro = _with_gyro_unit(gyro, gyro_unit)
+    gyro = _with_gyro_unit(path, gyro, gyro_unit)
     times, values = _read(path, claims, (*gyro.columns, *force.columns))
     lasts = float(times[-1]) if len(times) else 0.0
     wanted = (times >= (start or 0.0)) & (times <= (np.inf if end is None else end))
@@ -108,6 +111,14 @@ def read_recording(
     return Recording(rates, measured * unit.factor, 1.0 / step, float(times[0]), tuple(notes))
 
 
+def _by_names(path: str | Path) -> Claims:
+    """Find the columns by their names, in a text whatever separates its fields."""
+    layout = find_layout(path)
+    if not layout.readable:
+        raise LogError(f"{layout.findings[0].what} (compfilt check tells more)")
+    return replace(by_names(number_columns(path, layout.separator)), separator=layout.separator)
+
+
 def _check_claims(claims: Claims) -> None:
     for sensor in ("gyro", "accelerometer"):
         if sensor not in claims.triads:
@@ -122,13 +133,12 @@ def _check_claims(claims: Claims) -> None:
         )
 
 
-def _with_gyro_unit(gyro: Triad, name: str | None) -> Triad:
+def _with_gyro_unit(path: str | Path, gyro: Triad, name: str | None) -> Triad:
     if gyro.unit is not None:
         return gyro
     if name is None:
         raise UsageError(
-            f"nothing tells the unit of {', '.join(map(quoted, gyro.columns))}, and a gyro at rest does not show it: give "
-            "--gyro-unit, such as deg/s, or a recipe"
+            f"nothing tells the unit of {', '.join(map(quoted, gyro.columns))}{_unit_by_motion(path)}"
         )
     try:
         return replace(gyro, unit=parse_unit(name, ANGULAR_RATE))
@@ -136,9 +146,21 @@ def _with_gyro_unit(gyro: Triad, name: str | None) -> Triad:
         raise UsageError(f"--gyro-unit: {error}") from None
 
 
+def _unit_by_motion(path: str | Path) -> str:
+    """Say what to give: the unit that the log's own motion shows, where there is any; that is for the user to confirm."""
+    found = check_log(path).about("gyro unit")
+    if found and found[0].level == "note":
+        unit = found[0].what.removeprefix("the gyro is in ")
+        return f": by the log's motion it is {unit}, as compfilt check says; give --gyro-unit {unit}, or a recipe"
+    return (
+        ", and a gyro at rest does not show it: give --gyro-unit, such as deg/s, or a recipe; compfilt check tells it from a log"
+        " in which the sensor is turned"
+    )
+
+
 def _read(path: str | Path, claims: Claims, columns: Sequence[str]) -> tuple[Array, Array]:
     """Read all rows: the times in s from the first one on, and the columns as they are."""
-    chunks = list(read_chunks(path, claims.time, columns))
+    chunks = list(read_chunks(path, claims.time, columns, claims.separator))
     values = np.concatenate([chunk.values for chunk in chunks]) if chunks else np.empty((0, len(columns)))
     if claims.time is None:
         assert claims.rate is not None
@@ -146,7 +168,7 @@ def _read(path: str | Path, claims: Claims, columns: Sequence[str]) -> tuple[Arr
     ticks = np.concatenate([chunk.ticks for chunk in chunks if chunk.ticks is not None] or [np.empty(0)])
     if not np.isfinite(ticks).all():
         row = int(np.argmin(np.isfinite(ticks)))
-        raise LogError(f"row {row + 1} has no time in column {quoted(claims.time)}")
+        raise LogError(f"{place_of(row + 1, text=is_text(path))} has no time in column {quoted(claims.time)}")
     ahead = np.diff(ticks)[np.diff(ticks) > 0.0]
     if not len(ahead):
         raise LogError(f"the times in column {quoted(claims.time)} do not go forward")

@@ -14,6 +14,8 @@ __all__ = ["report_as_table"]
 LABEL, CELL = 42, 26
 SHOWN = 8
 """Lines of a spectrum that are printed: the strongest."""
+FALSE_LINES = "noise alone shows a line in about 1 of 100 channels, so in 1 of 14 logs: believe a weak one if it comes again"
+"""Measured; see `find_lines`, whose probability is one of each channel."""
 
 
 def report_as_table(report: NoiseReport) -> str:
@@ -25,6 +27,8 @@ def report_as_table(report: NoiseReport) -> str:
         lines += [*_motors(report.motors), ""]
     lines += _densities(report)
     notes = [*report.notes, *_joined(report.channels)]
+    if any(channel.lines for channel in report.channels) or any(motor.lines for motor in report.motors):
+        notes.append(FALSE_LINES)
     if notes:
         lines += ["", *(f"note: {note}" for note in notes)]
     return "\n".join(lines)

@@ -55,6 +55,8 @@ class Claims:
         ``"flu"``, ``"frd"``, or None where nobody says.
     recipe
         The recipe, or None.
+    separator
+        What separates the fields of a text, where its ending does not tell it.
     """
 
     time: str | None
@@ -64,6 +66,7 @@ class Claims:
     others: tuple[str, ...] = ()
     axes: str | None = None
     recipe: Recipe | None = None
+    separator: str | None = None
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -94,6 +97,7 @@ def by_recipe(recipe: Recipe) -> Claims:
         recipe.signal_columns,
         axes if axes in {"flu", "frd"} else None,
         recipe,
+        recipe.separator,
     )
 
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import compfilt
 from compfilt.logs.check.judge_gyro import Comparison
+from compfilt.logs.check.lines import IN_FILTER
 from compfilt.logs.check.report import Finding
 from compfilt.logs.check.survey import Survey
 
@@ -45,7 +46,5 @@ def judge_delay(survey: Survey, seen: Comparison, force_factor: float) -> Iterat
         f"found over the first {len(head) * period:.0f} s; less than a sample ({1000.0 * period:.2g} ms) does little harm"
         if abs(delay) < period
         else f"found over the first {len(head) * period:.0f} s; a sample is {1000.0 * period:.2g} ms",
-        f'gyro_delay = "{1000.0 * delay:.2g} ms"  # in [filter], kind "attitude"'
-        if abs(delay) > 5e-4
-        else "",
+        f'gyro_delay = "{1000.0 * delay:.2g} ms"  {IN_FILTER}' if abs(delay) > 5e-4 else "",
     )

@@ -15,6 +15,11 @@ __all__ = ["gravity_axes", "judge_direction"]
 
 CLEAR = 0.7
 """The part of gravity that must lie along z for its sign to count: less than 45 degrees of tilt."""
+OTHER = {
+    "flu": '"frd"  # instead, if z points down, as in north-east-down',
+    "frd": '"flu"  # instead, if z points up, as in east-north-up',
+}
+"""What the axes may be instead."""
 
 
 def usual_direction(survey: Survey, rests: list[Rest], change: Array) -> Array:
@@ -57,7 +62,8 @@ def judge_direction(survey: Survey, rests: list[Rest], seen: Comparison) -> Iter
         return
     dip = _dip(survey, seen)
     if claims.axes is None:
-        what = f'axes = "{axes}", if the body stands upright'
+        down = ": z points down, as in north-east-down" if axes == "frd" else ""
+        what = f'axes = "{axes}", if the body stands upright{down}'
         yield Finding("direction of gravity", "note", what, evidence + dip, f'axes = "{axes}"')
     elif up > 0.0:
         yield Finding("direction of gravity", "note", f"as the axes {axes} have it", evidence + dip)
@@ -71,7 +77,7 @@ def judge_direction(survey: Survey, rests: list[Rest], seen: Comparison) -> Iter
             f"gravity points the wrong way for the axes {axes}: a level body at rest reads {'+' if axes == 'flu' else '-'}g along z",
             f"{evidence}{dip}; either the log has acceleration and not specific force, all three negated, or the axes are "
             f"{'frd' if axes == 'flu' else 'flu'}, or the body was upside down: gyro and accelerometer cannot tell these apart",
-            f'accelerometer = {negated}\naxes = "{"frd" if axes == "flu" else "flu"}"  # instead, if the axes are those',
+            f"accelerometer = {negated}\naxes = {OTHER[axes]}",
         )
 
 

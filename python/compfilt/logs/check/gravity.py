@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from compfilt.logs.check.claims import Triad
-from compfilt.logs.check.lines import mended
+from compfilt.logs.check.lines import IN_FILTER, mended
 from compfilt.logs.check.report import Finding
 from compfilt.logs.check.rests import Rest
 from compfilt.logs.check.source import Array
@@ -102,10 +102,10 @@ def judge_rests(rests: list[Rest]) -> Iterator[Finding]:
 
 
 def judge_bias(survey: Survey, rests: list[Rest], scale: float, *, trusted: bool) -> Iterator[Finding]:
-    """Yield the gyro's bias; `scale` makes rad/s of the claimed unit, where that is `trusted`."""
+    """Yield the gyro's bias; `scale` makes rad/s of the claimed unit, where that is `trusted`: known from the log's motion."""
     if not rests:
         return
-    rates = survey.columns_of("gyro")
+    rates, claimed = survey.columns_of("gyro"), survey.claims.triads["gyro"].unit
     means = scale * np.array([rest.mean[rates] for rest in rests])
     weights = np.array([float(rest.seconds) for rest in rests])
     bias = np.average(means, axis=0, weights=weights)
@@ -113,13 +113,23 @@ def judge_bias(survey: Survey, rests: list[Rest], scale: float, *, trusted: bool
     largest = float(np.abs(bias).max())
     shown = ", ".join(f"{value:.3g}" for value in np.degrees(bias))
     evidence = f"mean over {len(rests)} rests of {int(weights.sum())} s; it differs by {drift:.2g} deg/s between them"
-    if largest > BIAS_LIMIT and trusted:
+    if not trusted and claimed is None:
+        yield Finding(
+            "gyro bias",
+            "unknown",
+            f"the gyro reads ({', '.join(f'{value:.3g}' for value in bias)}) at rest, and its unit cannot be told",
+            evidence.replace(" deg/s", " deg/s if it is in rad/s"),
+        )
+    elif largest > BIAS_LIMIT:
+        if not trusted and claimed is not None:
+            # Whichever it is, a filter with this claim is wrong.
+            evidence += f"; the log does not tell whether the gyro is in {claimed.name}: if not, that is wrong instead"
         yield Finding(
             "gyro bias",
             "wrong",
             f"({shown}) deg/s at rest: more than the filters learn by themselves",
             evidence,
-            f'bias_limit = "{max(1.5 * np.degrees(largest), 3.0):.2g} deg/s"  # in [filter], kind "attitude"',
+            f'bias_limit = "{max(1.5 * np.degrees(largest), 3.0):.2g} deg/s"  {IN_FILTER}',
         )
     else:
         yield Finding("gyro bias", "note", f"({shown}) deg/s at rest", evidence)

@@ -2,9 +2,10 @@
 
 from collections.abc import Iterator
 
+from compfilt.logs.check.lines import IN_FILTER
 from compfilt.logs.check.report import Finding, Level
 from compfilt.logs.check.survey import Survey
-from compfilt.logs.errors import quoted
+from compfilt.logs.errors import place_of, quoted
 
 __all__ = ["judge_channels"]
 
@@ -60,7 +61,7 @@ def _stuck(survey: Survey, place: int, name: str) -> Iterator[Finding]:
             "stuck",
             "wrong",
             f"column {quoted(name)} holds {channels.stuck_value[place]:g} for {seconds:.3g} s while the others change",
-            f"until row {channels.longest_end[place]}; elsewhere it changes in {100.0 * others:.0f} % of the rows",
+            f"until {place_of(int(channels.longest_end[place]), text=survey.text)}; elsewhere it changes in {100.0 * others:.0f} % of the rows",
         )
 
 
@@ -91,7 +92,7 @@ def _clipped(survey: Survey, sensor: str) -> Iterator[Finding]:
         "wrong",
         f"the {sensor} is cut off at the end of its range in {samples}{' or more' if samples >= 512 else ''} samples",
         f"{where}: its very largest value comes oftener than those just below, which no motion does",
-        f'acc_range = "{0.999 * lowest:.4g} m/s^2"  # in [filter], kind "attitude": such samples count as missing'
+        f'acc_range = "{0.999 * lowest:.4g} m/s^2"  {IN_FILTER}: such samples count as missing'
         if sensor == "accelerometer" and triad.unit is not None
         else "",
     )

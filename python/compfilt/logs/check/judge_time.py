@@ -81,28 +81,36 @@ def _not_in(said: Unit, unit: Unit, times: Times, evidence: str, fix: str) -> Fi
 def _order(survey: Survey, times: Times) -> Iterator[Finding]:
     name = quoted(survey.claims.time or "")
     if times.untimed.count:
-        yield Finding("time", "wrong", f"{times.untimed.count} rows have no time", times.untimed.where())
+        yield Finding(
+            "time", "wrong", f"{times.untimed.count} rows have no time", times.untimed.where(text=survey.text)
+        )
     if times.back.count:
         unit = survey.time_unit.name if survey.time_unit is not None else ""
+        recipe = survey.claims.recipe
+        known = recipe is not None and recipe.policy.backwards != "fail"
         yield Finding(
             "backwards time",
-            "wrong",
-            f"column {name} runs backwards {_times(times.back.count)}, by up to {times.back.largest:g} {unit}",
-            f"{times.back.where()}; no recipe mends it: sort the log or cut it there",
+            "note" if known else "wrong",
+            f"column {name} runs backwards {_times(times.back.count)}, by up to {times.back.largest:g} {unit}"
+            + (", which the recipe's policy knows of" if known else ""),
+            f"{times.back.where(text=survey.text)}; best sort the log or cut it there",
+            ""
+            if known
+            else 'backwards = "coast"  # in [policy]: passes over such rows; "reset" starts anew there',
         )
     if times.repeated.count:
         yield Finding(
             "duplicates",
             "wrong",
             f"{times.repeated.count} rows repeat the row before, time and signals",
-            f"{times.repeated.where()}; a filter corrects once more at the same moment: leave them out",
+            f"{times.repeated.where(text=survey.text)}; a filter corrects once more at the same moment: leave them out",
         )
     if times.equal.count:
         yield Finding(
             "duplicates",
             "wrong",
             f"{times.equal.count} rows have the time of the row before but other signals",
-            f"{times.equal.where()}; the rotation of such a row lasts 0 s and is lost: the stamps are too coarse or come in bursts",
+            f"{times.equal.where(text=survey.text)}; the rotation of such a row lasts 0 s and is lost: the stamps are too coarse or come in bursts",
             f"rate = {survey.rows / max(_seconds(survey, times), 1e-9):.6g}  # in place of time, if the sensor's clock is even",
         )
 
@@ -119,7 +127,7 @@ def _gaps(survey: Survey, times: Times) -> Iterator[Finding]:
         "note" if known else "wrong",
         f"{gaps.count} gap{'s' if gaps.count > 1 else ''}, the longest {seconds:.3g} s"
         + (", which the recipe's policy knows of" if known else ""),
-        f"{gaps.where()}: {lost:.3g} s in all, while the usual step is {survey.period:.3g} s",
+        f"{gaps.where(text=survey.text)}: {lost:.3g} s in all, while the usual step is {survey.period:.3g} s",
         ""
         if known
         else f'[policy] gap = {{ longer_than = "{max(0.9 * seconds, 3.0 * survey.period) if gaps.count == 1 else 10.0 * survey.period:.3g} s", do = "reset" }}',

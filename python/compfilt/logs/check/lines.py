@@ -8,7 +8,10 @@ from compfilt.logs.check.claims import Triad
 from compfilt.logs.check.source import Array
 from compfilt.logs.units import Unit
 
-__all__ = ["clock", "mended", "toml_text", "turned_columns"]
+__all__ = ["IN_FILTER", "clock", "mended", "toml_text", "turned_columns"]
+
+IN_FILTER = '# in [filter], kind "attitude"'
+"""Behind a line that belongs there."""
 
 
 def toml_text(text: str) -> str:

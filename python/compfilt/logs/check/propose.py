@@ -1,19 +1,26 @@
 """A recipe that fits what was found, to be run as it stands."""
 
+from collections.abc import Sequence
+
 from compfilt.logs.check.direction import gravity_axes
 from compfilt.logs.check.gravity import Length
 from compfilt.logs.check.judge_gyro import Comparison
-from compfilt.logs.check.lines import clock, mended, toml_text
+from compfilt.logs.check.lines import IN_FILTER, clock, mended, toml_text
+from compfilt.logs.check.report import Finding
 from compfilt.logs.check.source import Array
 from compfilt.logs.check.survey import Survey
 
 __all__ = ["propose"]
 
 
-def propose(survey: Survey, seen: Comparison, length: Length, direction: Array) -> str:
-    """Write the recipe: an attitude from all sensors that are there."""
+def propose(
+    survey: Survey, seen: Comparison, length: Length, direction: Array, findings: Sequence[Finding]
+) -> str:
+    """Write the recipe: an attitude from all sensors that are there, with what the findings want of the filter."""
     claims = survey.claims
     lines = ["version = 1", "", "[log]", _clock(survey, seen)]
+    if claims.separator is not None:
+        lines.append(f"separator = {toml_text(claims.separator)}")
     lines.append(f"gyro = {_gyro(survey, seen)}")
     triad = claims.triads["accelerometer"]
     change = seen.mounting.accelerometer
@@ -32,8 +39,11 @@ def propose(survey: Survey, seen: Comparison, length: Length, direction: Array) 
         lines.append(f"magnetometer = {mended(field, seen.mounting.magnetometer, unit)}")
     axes = claims.axes if claims.axes is not None else gravity_axes(direction)
     lines += [f'axes = "{axes}"', "", "[filter]", 'kind = "attitude"', 'method = "gravity"']
+    lines += [finding.fix.split("  #")[0] for finding in findings if IN_FILTER in finding.fix]
     if survey.times is not None:
         lines += ["", "[policy]", 'gap = { longer_than = "500 ms", do = "reset" }']
+        if survey.times.back.count:
+            lines.append('backwards = "coast"')
     lines += [
         "",
         "[output]",

@@ -87,7 +87,8 @@ class Report:
     def __str__(self) -> str:
         many = len(self.wrong)
         verdict = f"{many} thing{'s' if many != 1 else ''} wrong" if many else "nothing wrong"
-        lines = [f"{self.log}: {self.rows} samples, {verdict}", *map(str, self.findings)]
+        samples = f"{self.rows} samples" if self.rows else "no samples were read"
+        lines = [f"{self.log}: {samples}, {verdict}", *map(str, self.findings)]
         if self.recipe is not None:
             lines += ["", "A recipe that fits:", "", self.recipe]
         return "\n".join(lines)

@@ -21,7 +21,7 @@ MOST = 12
 def by_behaviour(path: str | Path, columns: list[Column], named: Claims) -> Claims:
     """Complete what the names say: the time is a column that goes forward, the gyro turns what the accelerometer reads."""
     columns = [column for column in columns if not column.is_time]
-    time = named.time if named.time is not None else _goes_forward(path, columns)
+    time = named.time if named.time is not None else _goes_forward(path, columns, named.separator)
     rest = [column for column in columns if column.name != time]
     if named.has_both:
         return replace(named, time=time)
@@ -30,7 +30,7 @@ def by_behaviour(path: str | Path, columns: list[Column], named: Claims) -> Clai
         return replace(named, time=time)
     # Groups may share columns: each column is read once, and a group is found by its places.
     names = tuple(dict.fromkeys(column for triad in triads.values() for column in triad.columns))
-    seen = survey(path, Claims(time, named.time_unit, None, {}, names))
+    seen = survey(path, Claims(time, named.time_unit, None, {}, names, separator=named.separator))
     best: tuple[float, Triad, Triad] | None = None
     for gyro, force in permutations(triads.values(), 2):
         if set(gyro.columns) & set(force.columns):
@@ -58,9 +58,9 @@ def _roughness(values: np.ndarray) -> float:
     return float(length.std() / max(length.mean(), 1e-30))
 
 
-def _goes_forward(path: str | Path, columns: list[Column]) -> str | None:
+def _goes_forward(path: str | Path, columns: list[Column], separator: str | None) -> str | None:
     """Find a column that always rises, by nearly equal steps."""
-    chunk = next(read_chunks(path, None, [column.name for column in columns]), None)
+    chunk = next(read_chunks(path, None, [column.name for column in columns], separator), None)
     if chunk is None or len(chunk.values) < 10:
         return None
     for place, column in enumerate(columns):

@@ -50,9 +50,9 @@ class Chunk(NamedTuple):
     told: Unit | None = None
 
 
-def number_columns(path: str | Path) -> list[Column]:
+def number_columns(path: str | Path, separator: str | None = None) -> list[Column]:
     """List the columns that hold numbers or times and whose name no other has."""
-    schema = read_schema(path)
+    schema = read_schema(path, separator)
     found = []
     for item in schema:
         if schema.names.count(item.name) > 1:
@@ -98,7 +98,9 @@ def read_chunks(
         The log cannot be read, or a column is missing or holds something else than numbers.
     """
     count = Ticks()
-    columns = Columns(tuple(signals), () if time is None else (time,), separator=separator)
+    # Rows are counted even where nothing in them is a number.
+    written = () if signals or time is not None else tuple(read_schema(path, separator).names[:1])
+    columns = Columns(tuple(signals), () if time is None else (time,), separator=separator, written=written)
     with open_log(path, columns) as reader:
         told = None if time is None else told_unit(reader.schema.field(time))
         for batch in _evenly(reader.batches()):

@@ -10,6 +10,7 @@ from compfilt.logs.check.claims import Claims
 from compfilt.logs.check.segments import Segments, Slicer
 from compfilt.logs.check.source import Array, read_chunks
 from compfilt.logs.check.times import Times, likely_unit, possible_rate
+from compfilt.logs.readers import is_text
 from compfilt.logs.units import Unit
 
 __all__ = ["Survey", "survey"]
@@ -48,6 +49,7 @@ class Survey:
     channels: Channels
     segments: Segments
     rows: int
+    text: bool
 
     def columns_of(self, sensor: str) -> slice:
         """Where a sensor stands among the columns."""
@@ -71,8 +73,7 @@ def survey(path: str | Path, claims: Claims) -> Survey:
     told: Unit | None = None
     unit = claims.time_unit
     period = 1.0 / claims.rate if claims.rate is not None else UNKNOWN_PERIOD
-    separator = None if claims.recipe is None else claims.recipe.separator
-    for ticks, values, told in read_chunks(path, claims.time, columns, separator):
+    for ticks, values, told in read_chunks(path, claims.time, columns, claims.separator):
         same = channels.follow(values)
         steps = np.full(len(values), period)
         if times is not None and ticks is not None:
@@ -87,7 +88,7 @@ def survey(path: str | Path, claims: Claims) -> Survey:
             slicer = Slicer(len(columns), period)
         slicer.follow(values * factors, steps)
     segments = slicer.finish() if slicer is not None else Slicer(len(columns), period).finish()
-    return Survey(claims, times, told, unit, period, channels, segments, channels.rows)
+    return Survey(claims, times, told, unit, period, channels, segments, channels.rows, is_text(path))
 
 
 def _factors(claims: Claims) -> Array:

@@ -47,10 +47,11 @@ class Events:
             self.total += float(np.sum(sizes))
             self.largest = max(self.largest, float(np.max(sizes)))
 
-    def where(self) -> str:
-        """Name the first rows."""
+    def where(self, *, text: bool) -> str:
+        """Name the first rows; in a text the lines, which have the header before them."""
         more = ", ..." if self.count > len(self.rows) else ""
-        return f"row{'s' if self.count > 1 else ''} {', '.join(map(str, self.rows))}{more}"
+        name = f"{'line' if text else 'row'}{'s' if self.count > 1 else ''}"
+        return f"{name} {', '.join(str(row + text) for row in self.rows)}{more}"
 
 
 class Times:

@@ -15,7 +15,17 @@ import pyarrow as pa
 from compfilt.logs.errors import LogError, UsageError, quoted
 from compfilt.logs.readers.base import Columns, LogReader, size_of
 
-__all__ = ["FORMATS", "Columns", "LogReader", "check_library", "open_log", "read_schema", "size_of"]
+__all__ = [
+    "FORMATS",
+    "Columns",
+    "LogReader",
+    "check_library",
+    "first_lines",
+    "is_text",
+    "open_log",
+    "read_schema",
+    "size_of",
+]
 
 
 class Format(NamedTuple):
@@ -45,6 +55,8 @@ FORMATS = (
     Format("MCAP", "bags", (".mcap",), (b"\x89MCAP0\r\n",), "bags", "rosbags"),
 )
 """The kinds of logs that can be read. A ROS 2 bag may also be a folder."""
+
+TEXT = FORMATS[0]
 
 
 def open_log(
@@ -80,8 +92,15 @@ def open_log(
     return reader
 
 
-def read_schema(path: str | Path) -> pa.Schema:
+def read_schema(path: str | Path, separator: str | None = None) -> pa.Schema:
     """Read which columns a log has, and what they hold at its beginning.
+
+    Parameters
+    ----------
+    path
+        The log.
+    separator
+        What separates the fields of a text, where its ending does not tell it.
 
     Raises
     ------
@@ -91,8 +110,28 @@ def read_schema(path: str | Path) -> pa.Schema:
         The library for this format is not installed.
     """
     path = Path(path)
-    schema: pa.Schema = _module(_format(path)).read_columns(path)
+    kind = _format(path)
+    chosen = (separator,) if kind is TEXT else ()
+    schema: pa.Schema = _module(kind).read_columns(path, *chosen)
     return schema
+
+
+def first_lines(path: str | Path, count: int) -> list[str] | None:
+    """Read the first lines of a text that hold anything; None if the log is no text.
+
+    Raises
+    ------
+    LogError
+        The log is not there, not readable, empty, or of an unknown kind.
+    """
+    path = Path(path)
+    kind = _format(path)
+    return _module(kind).first_lines(path, count) if kind is TEXT else None
+
+
+def is_text(path: str | Path) -> bool:
+    """Tell whether a log that was opened is a text, whose rows have numbers of lines."""
+    return _format(Path(path)) is TEXT
 
 
 def check_library(path: str | Path) -> None:

@@ -3,6 +3,7 @@
 import contextlib
 import csv
 import io
+import json
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -16,15 +17,15 @@ from compfilt.logs.errors import LogError, TruncatedLog, quoted
 from compfilt.logs.readers.base import Columns, LogReader, Reading, check_present, is_time, reason
 from compfilt.logs.readers.rows import RowSource
 
-__all__ = ["open_reader", "read_columns"]
+__all__ = ["first_lines", "open_reader", "read_columns", "usual_separator"]
 
 LARGE_TICKS = 2**48
 """Times beyond it are whole µs or ns of an epoch, of which no log has fractions: they are counted exactly."""
 
 
-def read_columns(path: Path) -> pa.Schema:
+def read_columns(path: Path, separator: str | None = None) -> pa.Schema:
     """Read which columns a file has, and what they hold at its beginning."""
-    separator = _separator(path, None)
+    separator = usual_separator(path) if separator is None else separator
     begin = _begin(path, 1 << 20)
     schema: pa.Schema = _sample(begin, separator, _header(begin, separator)).schema
     return schema
@@ -33,10 +34,11 @@ def read_columns(path: Path) -> pa.Schema:
 @contextlib.contextmanager
 def open_reader(path: Path, columns: Columns, batch_bytes: int, _batch_rows: int) -> Iterator[LogReader]:
     """Open a file with one header row."""
-    separator = _separator(path, columns.separator)
+    separator = usual_separator(path) if columns.separator is None else columns.separator
     # The first block is read twice: once to see the header and what the columns hold.
     begin = _begin(path, batch_bytes)
     header = _header(begin, separator)
+    _check_separated(header, columns)
     check_present(header, columns.all)
     first = _sample(begin, separator, columns.all)
     if not first.num_rows:
@@ -53,16 +55,30 @@ def open_reader(path: Path, columns: Columns, batch_bytes: int, _batch_rows: int
                     rows += batch.num_rows
                     yield batch
             if source.failure:
-                raise TruncatedLog(rows, source.failure)
+                raise TruncatedLog(rows, source.failure, text=True)
 
         schema = pa.schema([(name, types[name]) for name in columns.all])
         yield Reading(schema, source.size, batches, source.position)
 
 
-def _separator(path: Path, chosen: str | None) -> str:
-    """Return what stands between the fields: what the recipe says, otherwise what the ending says."""
-    if chosen is not None:
-        return chosen
+def first_lines(path: Path, count: int) -> list[str]:
+    """Read the first lines that hold anything, whatever is in them."""
+    text = _begin(path, 1 << 16).decode("utf-8-sig", "replace")
+    return [line for line in re.split(r"\r\n|\r|\n", text) if line.strip()][:count]
+
+
+def _check_separated(header: list[str], columns: Columns) -> None:
+    """Refuse a header that is one name of many, since the recipe, or its silence, splits it at the wrong places."""
+    found = next((mark for mark in ";\t," if mark in header[0]), None) if len(header) == 1 else None
+    if found is not None and not set(columns.all) <= set(header):
+        says = "" if columns.separator is None else f", not {json.dumps(columns.separator)}"
+        raise LogError(
+            f"the only column is called {quoted(header[0])}: the recipe needs separator = {json.dumps(found)}{says}, in [log]"
+        )
+
+
+def usual_separator(path: Path) -> str:
+    """Return what stands between the fields by the file's ending."""
     return "\t" if path.name.lower().endswith((".tsv", ".tsv.gz", ".tsv.zst")) else ","
 
 
