@@ -5,11 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from compfilt._core import LinearFilter
+from compfilt.checks import sample_rate
 from compfilt.design.prediction import NoiseModel
 from compfilt.design.result import Designed
 from compfilt.design.running import Rule
 from compfilt.design.sensitivity import sensitivity
-from compfilt.design.source import Noise, Source, positive
+from compfilt.design.source import Noise, Source
 from compfilt.design.whiteness import colour
 
 __all__ = ["assess", "assessed"]
@@ -57,7 +58,7 @@ def assess(
     [0.0]
     """
     noise = NoiseModel.of(measurement, derivative, walk, bias)
-    return assessed(design, noise, positive("fs", fs), rule)
+    return assessed(design, noise, sample_rate("fs", fs), rule)
 
 
 def assessed(design: LinearFilter, noise: NoiseModel, fs: float | None, rule: Rule) -> Designed:

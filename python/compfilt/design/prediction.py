@@ -8,8 +8,9 @@ import numpy.typing as npt
 from scipy.integrate import trapezoid  # type: ignore[import-untyped]
 
 from compfilt._core import LinearFilter
+from compfilt.checks import positive, sample_rate
 from compfilt.design.running import Rule, Running
-from compfilt.design.source import BANDS, Noise, Source, as_source, positive
+from compfilt.design.source import BANDS, Noise, Source, as_source
 
 __all__ = ["NoiseModel", "Prediction", "deviation", "grid", "integral", "predict"]
 
@@ -146,7 +147,7 @@ def predict(
     >>> round(prediction.sigma, 5)
     0.00671
     """
-    rate = positive("fs", fs)
+    rate = sample_rate("fs", fs)
     return NoiseModel.of(measurement, derivative, walk, bias).predict(design, rate, rule)
 
 

@@ -10,12 +10,12 @@ import numpy.typing as npt
 
 import compfilt
 from compfilt._core import LinearFilter
+from compfilt.checks import sample_rate
 from compfilt.design.family import Family, family
 from compfilt.design.least import least
 from compfilt.design.result import Designed
 from compfilt.design.running import Rule
 from compfilt.design.sensitivity import sensitivity
-from compfilt.design.source import positive
 
 __all__ = ["AttitudeRecording", "LinearRecording", "Recording", "TiltRecording", "from_recordings", "squared"]
 
@@ -216,7 +216,7 @@ class _Scores:
             raise ValueError(f"folds must be at least 2, not {folds}")
         self.recordings = tuple(recordings)
         self.folds = min(folds, len(recordings)) if len(recordings) > 1 else folds
-        self.fastest = 0.5 * max(positive("fs", each.fs) for each in recordings)
+        self.fastest = 0.5 * max(sample_rate("fs", each.fs) for each in recordings)
         self.counts, longest = np.zeros(self.folds), 0.0
         for which, each in enumerate(self.recordings):
             errors = each.squared_errors(probe)

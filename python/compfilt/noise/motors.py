@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from compfilt.checks import positive
 from compfilt.noise.channel import ChannelNoise
 from compfilt.noise.curves import Array, Spectrum
 from compfilt.noise.lines import Line, find_lines
-from compfilt.noise.signals import channels, positive
+from compfilt.noise.signals import channels
 from compfilt.noise.welch import degrees_of_freedom, segment_length, spectrum
 
 if TYPE_CHECKING:
