@@ -484,7 +484,7 @@ def test_the_command_draws_a_recipe(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "arguments", "line"),
     [
-        ({}, ["--fs", 0], "angle.toml: fs must be positive and finite, not 0.0"),
+        ({}, ["--fs", 0], "angle.toml: fs must be positive and finite, not 0"),
         (
             {},
             ["--fs", 1e9],
