@@ -51,7 +51,7 @@ def analyse_log(
     LogError
         A log cannot be read, or the first one is not at rest: the message says when.
     UsageError
-        Nothing tells the gyro's unit.
+        Nothing tells the gyro's unit, or the part ends before it begins.
 
     Examples
     --------
