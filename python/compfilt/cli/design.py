@@ -84,7 +84,10 @@ def design(
     ] = None,
     recipe: Annotated[
         Path | None,
-        typer.Option(metavar="RECIPE", help="How the recordings are filtered; its design is replaced."),
+        typer.Option(
+            metavar="RECIPE",
+            help="How the recordings are filtered; its design is replaced, or the gains of Mahony's filter.",
+        ),
     ] = None,
     truth: Annotated[
         str,

@@ -13,7 +13,8 @@ from compfilt.logs.recipe import Recipe
 __all__ = ["LogRecording", "from_logs"]
 
 _INSTEAD = {
-    "attitude": ': its one number is tau, and docs/howto/gains.md says how to choose it; method = "mahony" has gains'
+    "attitude": ": its one number is tau, and for the noise at rest that is the tau of compfilt design --noise FILE --kind "
+    'first_order; method = "mahony" has gains'
 }
 """What to do about a filter without a design."""
 
@@ -38,10 +39,10 @@ def from_logs(
     logs
         Logs of any format, with the recipe's inputs and columns of truth. They are held in memory.
     recipe
-        How they are filtered. Its design is replaced by those that are tried.
+        How they are filtered: one with a design, or of Mahony's filter. Its gains are replaced by those that are tried.
     truth
         For each output that counts, the column with its true values, in the output's unit. Without it the offline
-        estimate, `GravityFilter.smooth`, stands in for the truth of both angles of a tilt recipe.
+        estimate, `GravityFilter.smooth`, stands in for the truth: of both angles of a tilt recipe, of the vertical of Mahony's filter.
     kind, order, split, derivative_order
         As in `compfilt.design.from_spectra`; by default those of the recipe.
     folds

@@ -98,7 +98,7 @@ class LogRecording:
         )
         filter_ = self.recipe.filter
         if design is not None:
-            filter_ = filter_.with_design(_Given(design))  # type: ignore[arg-type] - as good as a Design
+            filter_ = filter_.with_design(_Given(design))  # type: ignore[arg-type]  # as good as a Design
         pipeline = Pipeline(replace(self.recipe, filter=filter_, output=output), self.table.schema)
         try:
             return pipeline, pipeline.filter(self.table)

@@ -65,7 +65,7 @@ class Filter(ABC):
 
     def with_design(self, design: Design) -> "Filter":
         """Return the same filter with another linear design; for one that has a design."""
-        return replace(self, design=design)  # type: ignore[call-arg] - of those that have one
+        return replace(self, design=design)  # type: ignore[call-arg]  # of those that have one
 
     @abstractmethod
     def start(self, fs: float | None, dtype: npt.DTypeLike, **policy: Any) -> Any:  # noqa: ANN401 - any stream
