@@ -204,6 +204,10 @@ def test_logs_without_truth(logs, axes, time):
         )
     recipe = parse_recipe(text)
     best, chosen = (from_logs(logs[:1], recipe, truth, folds=2) for truth in ({"roll": "true_roll"}, None))
+    assert ["against the offline estimate" in "".join(each.warnings) for each in (best, chosen)] == [
+        False,
+        True,
+    ]
     grid = LogRecording(recipe, pq.read_table(logs[0]), {"roll": "true_roll"})
     assert rms_known(chosen.design, grid) < 1.25 * rms_known(best.design, grid)
 

@@ -18,6 +18,11 @@ _INSTEAD = {
 }
 """What to do about a filter without a design."""
 
+_NO_TRUTH = (
+    "without a truth the errors are those against the offline estimate, which follows accelerations that last for many "
+    "seconds as well: the gains are too fast for them"
+)
+
 
 def from_logs(
     logs: Sequence[str | Path],
@@ -53,7 +58,7 @@ def from_logs(
     LogError
         A log cannot be read or filtered; the message names it.
     UsageError
-        The recipe's filter has no linear design; or there is no truth and it is no tilt filter.
+        The recipe's filter has no linear design; or there is no truth and it is neither a tilt nor an attitude filter.
     ValueError
         Kind, order and split do not go together, or a fold has no truth.
     """
@@ -75,6 +80,7 @@ def from_logs(
     recordings = [
         read_offline(log, recipe) if truth is None else read_log(log, recipe, truth) for log in logs
     ]
-    return from_recordings(
+    chosen = from_recordings(
         recordings, kind=kind, order=order, split=split, derivative_order=derivative_order, folds=folds
     )
+    return chosen if truth is not None else chosen.with_warning(_NO_TRUTH)
