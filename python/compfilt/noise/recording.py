@@ -84,9 +84,8 @@ def read_recording(
     LogError
         The log cannot be read, lacks a gyro or an accelerometer, or holds too few samples in a row.
     UsageError
-        Nothing tells the gyro's unit, or `gyro_unit` is none; or the part ends before it begins.
+        Nothing tells the gyro's unit, or `gyro_unit` is none.
     """
-    _check_part(start, end)
     claims = by_names(number_columns(path)) if recipe is None else by_recipe(recipe)
     _check_claims(claims)
     gyro, force = claims.triads["gyro"], claims.triads["accelerometer"]
@@ -107,14 +106,6 @@ def read_recording(
     measured = values[:, 3:] * np.array(force.scale)
     unit = force.unit if force.unit is not None else _unit_of_gravity(measured)
     return Recording(rates, measured * unit.factor, 1.0 / step, float(times[0]), tuple(notes))
-
-
-def _check_part(start: float | None, end: float | None) -> None:
-    for option, moment in (("--from", start), ("--until", end)):
-        if moment is not None and not np.isfinite(moment):
-            raise UsageError(f"{option} must be finite, not {moment:g}")
-    if end is not None and end <= (start or 0.0):
-        raise UsageError(f"--until must be later than --from, which is {start or 0.0:g} s, not {end:g} s")
 
 
 def _check_claims(claims: Claims) -> None:
