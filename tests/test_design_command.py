@@ -42,7 +42,7 @@ def test_from_noise(compfilt):
     expected = design.from_densities(measurement=1e-3, derivative=2e-3, walk=1e-4, kind="pi", fs=100.0)
     assert told(compfilt(*NOISE, "--walk", "1e-4", "--fs", "100", "--json")) == expected.as_json()
     text = compfilt(*NOISE, "--walk", "1e-4", "--fs", "100").stdout
-    assert text == f"{expected.table()}\n{expected.recipe_line()}\n"
+    assert text == f"{expected.table('rad')}\n{expected.recipe_line()}\n"
 
 
 def test_from_noise_over_splits(compfilt):
@@ -117,11 +117,20 @@ def test_from_recordings(compfilt, tmp_path):
         (["--cutoff", "1", "--walk", "-1"], "go with --measurement-noise and --fs"),
         (["--cutoff", "1", "--bias", "0.1"], "go with --measurement-noise and --fs"),
         (["--cutoff", "1", "--rule", "matched"], "go with --measurement-noise and --fs"),
-        ([*NOISE, "--bias", "nan"], "bias must be finite and not negative"),
+        ([*NOISE, "--fs", "9", "--bias", "nan"], "bias must be finite and not negative"),
         (["--measurement-noise", "1e-300", "--gyro-noise", "1e300"], "what floating point can hold"),
         (["--measurement-noise", "1e300", "--gyro-noise", "1e-300"], "what floating point can hold"),
         ([*NOISE, "--order", "2"], "--fs is needed"),
         ([*NOISE, "--fs", "0"], "fs must be"),
+        ([*NOISE, "--fs", "1e300"], "fs must lie between 1e-12 and 1e+12 Hz, not 1e+300"),
+        ([*NOISE, "--fs", "1e300", "--kind", "butterworth"], "fs must lie between 1e-12 and 1e+12 Hz"),
+        ([*NOISE, "--fs", "1e-300"], "fs must lie between 1e-12 and 1e+12 Hz, not 1e-300"),
+        ([*NOISE, "--fs", "1e-5"], "fs must lie between 0.002 and 2e+12 Hz to predict"),
+        ([*NOISE, "--bias", "0.1"], "--bias and --rule go with --fs"),
+        ([*NOISE, "--rule", "matched"], "--bias and --rule go with --fs"),
+        ([*NOISE, "--fs", "9", "--rule", "euler"], 'rule must be "backward_euler" or "matched"'),
+        ([*NOISE, "--kind", "pi"], "--walk, or give --bias-time"),
+        ([*NOISE, "--kind", "third_order"], "--walk, or give --bias-time"),
         ([*NOISE, "--noise", "noise.json"], "give one or the other"),
         (["--noise", "noise.json"], "noise.json: cannot be read: No such file"),
         (["--measurement-noise", "1"], "derivative must be above 0"),
@@ -168,3 +177,57 @@ def test_without_scipy(tmp_path):
     assert result.returncode == 2
     assert "pip install 'compfilt[design]'" in result.stderr
     assert result.stderr.count("\n") == 1
+
+
+def noise_file(folder, **changed):
+    densities = {"measurement": 1e-3, "derivative": 2e-3, "walk": 0.0} | changed
+    rate = densities.pop("rate", 100.0)
+    (folder / "noise.json").write_text(json.dumps({"rate": rate, "densities": densities}))
+
+
+@pytest.mark.parametrize(
+    ("changed", "arguments", "words"),
+    [
+        ({"measurement": 0.0}, [], "measurement must be positive and finite, not 0"),
+        ({"derivative": 0.0}, [], "derivative must be above 0 for kind 'first_order'"),
+        ({"derivative": -1.0}, [], "densities.derivative must be finite and not negative, not -1"),
+        ({"walk": float("nan")}, [], "densities.walk must be finite and not negative, not nan"),
+        ({"rate": -100.0}, [], "rate must be positive and finite, not -100"),
+        ({"rate": 1e300}, [], "rate must lie between 1e-12 and 1e+12 Hz"),
+        ({"measurement": 1e-300, "derivative": 1e300}, [], "the ratios of the densities must be"),
+        (
+            {},
+            ["--kind", "pi"],
+            "kind pi chooses its gains by the random walk of the bias, which is 0: give it with --walk",
+        ),
+    ],
+)
+def test_a_value_of_a_noise_file_that_is_refused_names_the_file(
+    compfilt, tmp_path, changed, arguments, words
+):
+    noise_file(tmp_path, **changed)
+    process = compfilt("--noise", "noise.json", *arguments)
+    assert (process.returncode, process.stdout) == (2, "")
+    assert process.stderr.startswith(f"compfilt: noise.json: {words}")
+    assert process.stderr.count("\n") == 1
+
+
+def test_what_is_wrong_beside_a_noise_file_does_not_name_it(compfilt, tmp_path):
+    noise_file(tmp_path)
+    for arguments, words in ((["--kind", "kalman"], "kind must be"), (["--fs", "1e300"], "fs must lie")):
+        assert compfilt("--noise", "noise.json", *arguments).stderr.startswith(f"compfilt: {words}")
+
+
+def test_a_walk_stands_in_for_that_of_the_noise_file(compfilt, tmp_path):
+    noise_file(tmp_path)
+    expected = design.from_densities(measurement=1e-3, derivative=2e-3, walk=1e-4, kind="pi", fs=100.0)
+    found = told(compfilt("--noise", "noise.json", "--kind", "pi", "--walk", "1e-4", "--json"))
+    assert found == expected.as_json()
+    by_time = told(compfilt("--noise", "noise.json", "--bias-time", "60", "--json"))
+    assert by_time["design"]["kind"] == "pi"
+    assert by_time["prediction"]["fs"] == 100.0
+
+
+@pytest.mark.parametrize(("kind", "unit"), [("first_order", "rad"), ("second_order_inertial", "m")])
+def test_the_predicted_error_has_a_unit(compfilt, kind, unit):
+    assert f"predicted error at 100 Hz / {unit}: " in compfilt(*NOISE, "--kind", kind, "--fs", "100").stdout

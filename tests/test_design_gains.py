@@ -304,7 +304,7 @@ def test_json_and_table():
     [
         (
             lambda: design.from_densities(measurement=0.0, derivative=1.0),
-            "measurement must be finite and above 0",
+            "measurement must be positive and finite",
         ),
         (lambda: design.from_densities(measurement=1.0), "derivative must be above 0"),
         (lambda: design.from_densities(measurement=1.0, derivative=1.0, kind="pi"), "walk must be above 0"),

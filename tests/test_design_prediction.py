@@ -154,7 +154,7 @@ def test_what_is_unstable_has_an_infinite_error():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"fs": 0.0}, "fs must be finite and above 0"),
+        ({"fs": 0.0}, "fs must be positive and finite"),
         ({"fs": np.nan}, "fs must be"),
         ({"measurement": -1.0}, "measurement must be finite and not negative"),
         ({"derivative": np.inf}, "derivative must be"),

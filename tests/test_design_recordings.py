@@ -1,6 +1,7 @@
 """Gains from recordings with truth: the least error on a grid, cross-validation, logs through recipes."""
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
@@ -203,6 +204,10 @@ def test_logs_without_truth(logs, axes, time):
         )
     recipe = parse_recipe(text)
     best, chosen = (from_logs(logs[:1], recipe, truth, folds=2) for truth in ({"roll": "true_roll"}, None))
+    assert ["against the offline estimate" in "".join(each.warnings) for each in (best, chosen)] == [
+        False,
+        True,
+    ]
     grid = LogRecording(recipe, pq.read_table(logs[0]), {"roll": "true_roll"})
     assert rms_known(chosen.design, grid) < 1.25 * rms_known(best.design, grid)
 
@@ -214,8 +219,87 @@ def test_logs_that_do_not_serve(logs):
     attitude = RECIPE.replace('"tilt"', '"attitude"').replace(
         'design = { kind = "first_order", tau = 0.5 }', 'method = "gravity"'
     )
-    with pytest.raises(UsageError, match="has no design to choose gains for"):
+    reason = (
+        'kind = "attitude" and method = "gravity" has no design to choose gains for: its one number is tau'
+    )
+    with pytest.raises(UsageError, match=reason):
         from_logs(logs, parse_recipe(attitude), {"roll": "true_roll"})
+    for wrong, key in (("kp = 0.0", "kp must be positive"), ("kp = 1.0\nki = -1.0", "ki must be")):
+        with pytest.raises(UsageError, match=rf"recipe: \[filter\] {key}"):
+            from_logs(logs, parse_recipe(mahony(wrong)))
+    with pytest.raises(UsageError, match="must be a chain of order 1 or 2"):
+        from_logs(logs, parse_recipe(mahony("kp = 1.0")), kind="third_order")
+
+
+@pytest.mark.parametrize("column", ["gx", "az", "true_roll"])
+@pytest.mark.parametrize("text", [RECIPE, None], ids=["tilt", "mahony"])
+def test_a_column_without_a_value_is_refused(logs, tmp_path, text, column):
+    """The filter would coast, and the gains that are told would mean nothing."""
+    table = pq.read_table(logs[0])
+    holes = pa.array(np.full(len(table), np.nan))
+    path = tmp_path / "holes.parquet"
+    pq.write_table(table.set_column(table.schema.get_field_index(column), column, holes), path)
+    truths = [{"roll": "true_roll"}] if column == "true_roll" else [{"roll": "true_roll"}, None]
+    for truth in truths:
+        with pytest.raises(
+            LogError, match=rf'^\S*holes\.parquet: the column "{column}" must have values: all of them'
+        ):
+            from_logs([path], parse_recipe(text or mahony("kp = 1.0")), truth)
+
+
+def mahony(gains, axes="flu"):
+    """The recipe with Mahony's filter."""
+    signs = "" if axes == "flu" else ", scale = [1, -1, -1]"
+    return (
+        RECIPE.replace('"tilt"', '"attitude"\nmethod = "mahony"')
+        .replace('design = { kind = "first_order", tau = 0.5 }', gains)
+        .replace('"deg/s"', f'"deg/s"{signs}')
+        .replace('"g" }', f'"g"{signs} }}')
+        .replace('"flu"', f'"{axes}"')
+    )
+
+
+GAINS = [
+    ("kp = 1.0", cf.FirstOrder),
+    ("kp = 1.0\nki = 0.1", cf.PiForm),
+    ('design = { kind = "butterworth", omega0 = 1.0 }', cf.Butterworth),
+]
+
+
+@pytest.mark.parametrize(("gains", "kind"), GAINS)
+def test_a_mahony_recipe_with_truth(logs, gains, kind):
+    """The kind is that of the recipe's gains, and the error that is told is that of Mahony's filter with those chosen."""
+    chosen = from_logs(logs[:1], parse_recipe(mahony(gains)), {"roll": "true_roll"}, folds=2)
+    assert type(chosen.design) is kind
+    log = seat()
+    estimate = cf.Mahony.from_design(chosen.design).estimate(*signals_of(log), t=log["t"])
+    roll = np.degrees(np.arctan2(estimate.up[:, 1], estimate.up[:, 2]))
+    expected = np.sqrt(np.mean((roll - log["true_roll"]) ** 2))
+    assert dict(chosen.measured)["error on the recordings (RMS)"] == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("axes", ["flu", "frd"])
+def test_a_mahony_recipe_without_truth(logs, axes):
+    """It chooses what `AttitudeRecording` chooses for the same signals, whatever the axes, told in the recipe's unit."""
+    chosen = from_logs(logs[:1], parse_recipe(mahony("kp = 1.0", axes)), folds=2)
+    log = seat()
+    gyro, acc = signals_of(log)
+    up = np.asarray(cf.GravityFilter().smooth(gyro, acc, t=log["t"]).up)
+    estimate = cf.Mahony.from_design(chosen.design).estimate(gyro, acc, t=log["t"]).up
+    expected = np.degrees(np.sqrt(np.mean(np.arccos(np.clip(np.sum(up * estimate, axis=1), -1, 1)) ** 2)))
+    assert dict(chosen.measured)["error on the recordings (RMS)"] == pytest.approx(expected, rel=1e-4)
+    alone = from_recordings([AttitudeRecording(gyro, acc, FS)], folds=2)
+    assert chosen.design.tau == pytest.approx(alone.design.tau, rel=0.02)
+
+
+def test_the_line_for_a_mahony_recipe_is_one(logs):
+    line = from_logs(logs[:1], parse_recipe(mahony("kp = 1.0\nki = 0.1")), kind="pi", folds=2).recipe_line()
+    assert parse_recipe(mahony(line)).filter.linear.build() is not None
+
+
+def signals_of(log):
+    gyro = np.radians(np.column_stack([log[name] for name in ("gx", "gy", "gz")]))
+    return gyro, 9.80665 * np.column_stack([log[name] for name in ("ax", "ay", "az")])
 
 
 def test_a_recording_reads_its_rate_off_the_log(logs):

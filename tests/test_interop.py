@@ -275,7 +275,7 @@ def test_wrong_arguments():
         cf.Butterworth(1.0, split=1).to_scipy(fs=10.0, rule="matched")
     with pytest.raises(ValueError, match=r"^rule must be"):
         cf.Chain.from_scipy(design.to_scipy(), rule="tustin")
-    with pytest.raises(ValueError, match=r"^fs must be positive and finite, got 0$"):
+    with pytest.raises(ValueError, match=r"^fs must be positive and finite, not 0$"):
         an_observer().to_scipy(fs=0.0)
     with pytest.raises(ValueError, match=r"^output must be"):
         an_observer().to_scipy(output="both")

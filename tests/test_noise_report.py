@@ -184,6 +184,15 @@ def test_no_ratio_to_what_the_rest_does_not_show(still):
     assert row.split()[-3:] == ["-", "-", "-"]
 
 
+@pytest.mark.parametrize("share", [0.5, 0.97, 1.03, 2.0])
+def test_motors_at_another_rate_are_refused(report, still, share):
+    with pytest.raises(
+        ValueError, match=f"^fs must be that of the recording at rest, {FS:g} Hz, not {share * FS:g} Hz"
+    ):
+        noise.add_motors(report, *still, fs=share * FS)
+    assert noise.add_motors(report, *still, fs=1.01 * FS).motors
+
+
 def test_the_part_that_is_empty_is_named(still, tmp_path):
     simulate.write(table(*still), tmp_path / "rest.parquet")
     with pytest.raises(LogError, match=r"^there is nothing from 5 s on to 0 s: the log lasts"):
@@ -369,6 +378,13 @@ def test_the_command_refuses_motion_with_its_times(logs, capsys):
         (["none.parquet"], 1, "cannot be read"),
         (["rest.parquet", "--motors", "none.parquet"], 1, "with motors, "),
         (["rest.parquet", "--from", "300"], 1, "there is nothing from 300 s on"),
+        (
+            ["rest.parquet", "--from", "5", "--until", "2"],
+            2,
+            "--until must be later than --from, which is 5 s",
+        ),
+        (["rest.parquet", "--until", "0"], 2, "--until must be later than --from, which is 0 s, not 0 s"),
+        (["rest.parquet", "--from", "nan"], 2, "--from must be finite, not nan"),
         (["rest.parquet", "--recipe", "none.toml"], 2, "the recipe cannot be read"),
         (["rest.parquet", "--plot", "none/rest.png"], 2, "there is no such folder"),
         (["rest.parquet", "--plot", "rest.txt"], 2, "rest.txt"),

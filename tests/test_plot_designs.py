@@ -166,7 +166,7 @@ def test_allan_curves_share_axes():
 def test_several_designs_and_wrong_ones(draw):
     labels = draw({"a": cf.PiForm(2.0, 1.0), "b": cf.FirstOrder(1.0)}, fs=100.0).axes[0].get_legend()
     assert {text.get_text()[0] for text in labels.get_texts()} >= {"a", "b"}
-    with pytest.raises(ValueError, match=r"^fs must be positive and finite, got 0"):
+    with pytest.raises(ValueError, match=r"^fs must be positive and finite, not 0"):
         draw(cf.FirstOrder(1.0), fs=0.0)
     with pytest.raises(TypeError, match=r"^design must be a linear filter"):
         draw(3.0)

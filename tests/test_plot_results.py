@@ -484,7 +484,7 @@ def test_the_command_draws_a_recipe(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "arguments", "line"),
     [
-        ({}, ["--fs", 0], "angle.toml: fs must be positive and finite, got 0.0"),
+        ({}, ["--fs", 0], "angle.toml: fs must be positive and finite, not 0"),
         (
             {},
             ["--fs", 1e9],
@@ -503,10 +503,33 @@ def test_designs_that_cannot_be_drawn(tmp_path, changes, arguments, line):
     assert [entry.name for entry in tmp_path.iterdir()] == ["angle.toml"]
 
 
+@pytest.mark.parametrize(
+    ("gains", "shown"),
+    [
+        ("kp = 2.0", "FirstOrder(tau=0.5)"),
+        ("kp = 2.0\nki = 1.0", "PiForm(kp=2.0, ki=1.0)"),
+        ('design = { kind = "butterworth", omega0 = 1.0 }', "Butterworth(omega0=1.0, order=2, q=1.0)"),
+    ],
+)
+def test_the_design_of_a_mahony_recipe_is_drawn(tmp_path, monkeypatch, gains, shown):
+    text = (RECIPES / "attitude.toml").read_text()
+    start, end = text.index("method ="), text.index("[policy]")
+    path = tmp_path / "mahony.toml"
+    path.write_text(f'{text[:start]}method = "mahony"\n{gains}\n{text[end:]}'.replace('"at_rest", ', ""))
+    titles = []
+    monkeypatch.setattr(Figure, "suptitle", lambda _, title: titles.append(title))
+    assert plot.save_design(path).is_file()
+    assert titles == [f"{shown}, continuous"]
+    path.write_text(path.read_text().replace(gains, "kp = 0.0"))
+    with pytest.raises(UsageError, match=r"mahony\.toml: \[filter\] kp must be positive and finite$"):
+        plot.save_design(path, force=True)
+
+
 @pytest.mark.parametrize("kind", ["attitude", "array"])
 def test_kinds_without_a_design_say_so(tmp_path, kind):
     reason = "has no linear design to draw; plot the result of compfilt run"
-    with pytest.raises(UsageError, match=f'kind = "{kind}" {reason}$'):
+    method = ' and method = "gravity"' if kind == "attitude" else ""
+    with pytest.raises(UsageError, match=f'a filter of kind = "{kind}"{method} {reason}$'):
         plot.save_design(RECIPES / f"{kind}.toml", tmp_path / "out.png")
     assert not list(tmp_path.iterdir())
 

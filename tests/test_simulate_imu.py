@@ -420,7 +420,8 @@ def test_command_with_motion(tmp_path):
     [
         (["--duration", "inf", "--motion"], "duration must be positive and finite"),
         (["--rate", "0"], "rate must be positive and finite"),
-        (["--duration", "1e300", "--rate", "1e300"], "duration times rate must be at least one sample and"),
+        (["--duration", "1e300", "--rate", "1e300"], "rate must lie between 1e-12 and 1e+12 Hz, not 1e+300"),
+        (["--duration", "1e-298", "--rate", "1e300", "--motion"], "rate must lie between 1e-12 and 1e+12 Hz"),
         (["--duration", "1e15"], "duration times rate must be at least one sample and"),
         (["--grade", "toy"], "'toy' is not one of"),
     ],

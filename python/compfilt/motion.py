@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from compfilt.constants import STANDARD_GRAVITY
+
 __all__ = [
     "GRAVITY",
     "Array",
@@ -21,7 +23,7 @@ __all__ = [
     "specific_force",
 ]
 
-GRAVITY = 9.80665
+GRAVITY = STANDARD_GRAVITY
 """m/s², and the accelerometer's g."""
 
 Array = npt.NDArray[np.float64]

@@ -15,6 +15,9 @@ __all__ = ["design"]
 
 Shape: TypeAlias = dict[str, Any]
 
+UNITS = {1: "rad", 2: "m"}
+"""What is measured, by the order of the derivative beside it, where the densities have the units of the options."""
+
 
 @app.command()
 def design(
@@ -38,7 +41,10 @@ def design(
     *,
     measurement_noise: Annotated[
         float | None,
-        typer.Option(metavar="R", help="Two-sided density of the measurement, rad/√Hz for an angle."),
+        typer.Option(
+            metavar="R",
+            help="Two-sided density of the measurement: rad/√Hz; m/√Hz for a kind that takes an acceleration.",
+        ),
     ] = None,
     derivative_noise: Annotated[
         float | None,
@@ -46,15 +52,18 @@ def design(
             "--derivative-noise",
             "--gyro-noise",
             metavar="Q",
-            help="Two-sided density of the derivative, (rad/s)/√Hz.",
+            help="Two-sided density of the derivative: (rad/s)/√Hz, or (m/s²)/√Hz.",
         ),
     ] = None,
     walk: Annotated[
-        float,
-        typer.Option(metavar="Q2", help="Two-sided density of the random walk of its bias, (rad/s²)/√Hz."),
-    ] = 0.0,
+        float | None,
+        typer.Option(
+            metavar="Q2",
+            help="Two-sided density of the random walk of its bias: (rad/s²)/√Hz, or (m/s³)/√Hz. With --noise in place of the file's.",
+        ),
+    ] = None,
     bias: Annotated[
-        float, typer.Option(metavar="B", help="A constant error of the derivative, rad/s.")
+        float, typer.Option(metavar="B", help="A constant error of the derivative: rad/s, or m/s².")
     ] = 0.0,
     noise: Annotated[
         Path | None,
@@ -75,7 +84,10 @@ def design(
     ] = None,
     recipe: Annotated[
         Path | None,
-        typer.Option(metavar="RECIPE", help="How the recordings are filtered; its design is replaced."),
+        typer.Option(
+            metavar="RECIPE",
+            help="How the recordings are filtered; its design is replaced, or the gains of Mahony's filter.",
+        ),
     ] = None,
     truth: Annotated[
         str,
@@ -116,7 +128,7 @@ def design(
         predicts = (
             noisy
             or derivative_noise is not None
-            or walk
+            or walk is not None
             or bias
             or fs is not None
             or rule != "backward_euler"
@@ -133,8 +145,9 @@ def design(
             raise UsageError(
                 "--derivative-noise, --walk, --bias and --rule go with --measurement-noise and --fs, to predict the error"
             )
+        if noisy and noise is None and fs is None and (bias or rule != "backward_euler"):
+            raise UsageError("--bias and --rule go with --fs: they count for the error that it predicts")
         shape: Shape = {"order": order, "split": split, "derivative_order": derivative_order}
-        unit = ""
         try:
             if recording and recipe is not None:
                 result, unit = _from_logs(recording, recipe, truth, kind, shape)
@@ -145,7 +158,8 @@ def design(
                     (way,) = wanted.items()
                     result = _from_target(*way, kind, shape, known)
                 else:
-                    result = _from_noise(kind, shape, known)
+                    result = _from_noise(kind, shape, known, "" if noise is None else f"{noise}: ")
+                unit = UNITS.get(result.design.derivative_order, "")
         except ValueError as error:
             raise UsageError(str(error)) from None
         typer.echo(
@@ -154,21 +168,22 @@ def design(
 
 
 def _noise(
-    file: Path | None, measurement: float | None, derivative: float | None, walk: float
+    file: Path | None, measurement: float | None, derivative: float | None, walk: float | None
 ) -> dict[str, Any]:
     """Return the densities and the rate by the names that the library has."""
     from compfilt.design.noise_file import read_densities  # noqa: PLC0415
 
     if file is None:
-        return {"measurement": measurement, "derivative": derivative or 0.0, "walk": walk}
-    if measurement is not None or derivative is not None or walk:
+        return {"measurement": measurement, "derivative": derivative or 0.0, "walk": walk or 0.0}
+    if measurement is not None or derivative is not None:
         raise UsageError(
-            "--noise stands for --measurement-noise, --derivative-noise and --walk: give one or the other"
+            "--noise stands for --measurement-noise and --derivative-noise: give one or the other"
         )
     try:
-        return read_densities(file)._asdict()
+        found = read_densities(file)
     except OSError as error:
         raise UsageError(f"{file}: cannot be read: {error.strerror}") from None
+    return (found if walk is None else found._replace(walk=walk))._asdict()
 
 
 def _from_target(
@@ -190,7 +205,8 @@ def _from_target(
     return gains.assess(result.design, **known) if predicted else result
 
 
-def _from_noise(kind: str | None, shape: Shape, known: dict[str, Any]) -> "Designed":
+def _from_noise(kind: str | None, shape: Shape, known: dict[str, Any], file: str) -> "Designed":
+    """Choose gains for known noise; `file` is the beginning of a message about what stands in one."""
     from compfilt import design as gains  # noqa: PLC0415
 
     if known["measurement"] is None:
@@ -198,13 +214,24 @@ def _from_noise(kind: str | None, shape: Shape, known: dict[str, Any]) -> "Desig
             "nothing to choose by: give --measurement-noise, --noise, --cutoff, --settling-time, --bias-time or --recording"
         )
     kind = kind or ("pi" if known["walk"] else "first_order")
-    if kind != "butterworth" and shape["order"] is None and shape["split"] is None:
-        return gains.from_densities(kind=kind, derivative_order=shape["derivative_order"], **known)
-    if "fs" not in known:
+    closed = kind != "butterworth" and shape["order"] is None and shape["split"] is None
+    if not closed and "fs" not in known:
         raise UsageError(
             "--fs is needed for kind butterworth, --order and --split: their error is minimised at a rate"
         )
-    return gains.from_spectra(kind=kind, **shape, **known)
+    if kind in {"pi", "third_order"} and not known["walk"]:
+        raise UsageError(
+            f"{file}kind {kind} chooses its gains by the random walk of the bias, which is 0: give it with --walk, or give "
+            "--bias-time, the time in which the bias is to be known"
+        )
+    try:
+        if closed:
+            return gains.from_densities(kind=kind, derivative_order=shape["derivative_order"], **known)
+        return gains.from_spectra(kind=kind, **shape, **known)
+    except ValueError as error:
+        # Of what is wrong, only this stands in the file.
+        in_file = str(error).startswith(("measurement ", "derivative ", "walk ", "the ratios "))
+        raise UsageError(f"{file if in_file else ''}{error}") from None
 
 
 def _from_logs(

@@ -7,9 +7,9 @@ import numpy as np
 from compfilt._core import LinearFilter
 from compfilt.design.prediction import NoiseModel
 from compfilt.design.result import Designed
-from compfilt.design.running import Rule
+from compfilt.design.running import Rule, rate_for
 from compfilt.design.sensitivity import sensitivity
-from compfilt.design.source import Noise, Source, positive
+from compfilt.design.source import Noise, Source
 from compfilt.design.whiteness import colour
 
 __all__ = ["assess", "assessed"]
@@ -57,13 +57,14 @@ def assess(
     [0.0]
     """
     noise = NoiseModel.of(measurement, derivative, walk, bias)
-    return assessed(design, noise, positive("fs", fs), rule)
+    return assessed(design, noise, fs, rule)
 
 
 def assessed(design: LinearFilter, noise: NoiseModel, fs: float | None, rule: Rule) -> Designed:
     """Predict the error and its sensitivities, and look for what the gains' assumptions do not hold for."""
     if fs is None:
         return Designed(design)
+    fs = rate_for(design, fs)
     prediction = noise.predict(design, fs, rule)
     warnings = (
         *_against_the_rate(design, fs, rule),

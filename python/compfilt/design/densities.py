@@ -4,12 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from compfilt.checks import positive
+from compfilt.constants import HIGHEST_ORDER
 from compfilt.design.assess import assessed
-from compfilt.design.family import HIGHEST, family
+from compfilt.design.family import family
 from compfilt.design.prediction import NoiseModel, walks
 from compfilt.design.result import Designed
 from compfilt.design.running import Rule
-from compfilt.design.source import positive
 
 __all__ = ["from_densities"]
 
@@ -87,10 +88,10 @@ def from_densities(
             "kind must not be 'butterworth': a 'chain' with noise at its last level alone is one"
         )
     if kind == "chain":
-        first = family(kind, HIGHEST, None, derivative_order).derivative_order
-        if first + len(q) - 1 > HIGHEST:
+        first = family(kind, HIGHEST_ORDER, None, derivative_order).derivative_order
+        if first + len(q) - 1 > HIGHEST_ORDER:
             raise ValueError(
-                f"walk must have at most {HIGHEST - first} densities with derivative_order {first}"
+                f"walk must have at most {HIGHEST_ORDER - first} densities with derivative_order {first}"
             )
         model = family(kind, first + len(q) - 1, None, first)
     else:
@@ -101,17 +102,16 @@ def from_densities(
             f"walk must be left out for kind {kind!r}, which has no level for it: use 'pi' or 'chain'"
         )
     if len(q) < wanted or not q[-1]:
-        name = "walk" if wanted > 1 else "derivative"
+        name, other = ("walk", "bias") if wanted > 1 else ("derivative", "settling")
         raise ValueError(
-            f"{name} must be above 0 for kind {kind!r}: without it the best gain is 0; a wanted time chooses one (bias time)"
+            f"{name} must be above 0 for kind {kind!r}: without it the best gain is 0; a wanted {other} time chooses one"
         )
     levels = (0.0,) * (model.derivative_order - 1) + q
     try:
         design = model.of_coefficients(kalman_coefficients(tuple(each / r for each in levels)))
     except (ArithmeticError, np.linalg.LinAlgError):
         raise ValueError("the ratios of the densities must be within what floating point can hold") from None
-    rate = None if fs is None else positive("fs", fs)
-    return assessed(design, NoiseModel.of(r, q[0], q[1:], bias), rate, rule)
+    return assessed(design, NoiseModel.of(r, q[0], q[1:], bias), fs, rule)
 
 
 def kalman_coefficients(ratios: tuple[float, ...]) -> tuple[float, ...]:

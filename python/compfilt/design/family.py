@@ -14,6 +14,7 @@ from compfilt._core import (
     SecondOrderInertial,
     ThirdOrder,
 )
+from compfilt.constants import HIGHEST_ORDER
 
 __all__ = ["KINDS", "Family", "family"]
 
@@ -24,9 +25,6 @@ _ORDERS = {"first_order": (1, 1), "pi": (2, 1), "third_order": (3, 2), "second_o
 
 KINDS = ("first_order", "pi", "butterworth", "third_order", "second_order_inertial", "chain")
 """Every kind, as it is written in a recipe."""
-
-HIGHEST = 6
-"""The highest order of a chain."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +125,7 @@ def family(
         return Family(kind, order, derivative, order)
     if kind == "butterworth" and derivative_order not in {None, 1}:
         raise ValueError("derivative_order does not belong to kind 'butterworth': use 'chain'")
-    order = _whole("order", 2 if order is None else order, 1, HIGHEST)
+    order = _whole("order", 2 if order is None else order, 1, HIGHEST_ORDER)
     derivative = _whole("derivative_order", 1 if derivative_order is None else derivative_order, 1, order)
     split = _whole("split", order if split is None else split, 1, order)
     if split < order and derivative > 1:

@@ -1,108 +1,27 @@
-"""A log with truth in it, through a recipe, as a recording that gains are chosen on. Needs the extra ``logs`` as well."""
+"""Gains from logs with truth in them, or without, through a recipe. Needs the extra ``logs`` as well."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-import pyarrow as pa
-
-import compfilt
-from compfilt._core import LinearFilter
-from compfilt.design.recording import from_recordings, squared
+from compfilt.design.log_recording import LogRecording, read_log
+from compfilt.design.offline import read_offline
+from compfilt.design.recording import from_recordings
 from compfilt.design.result import Designed
-from compfilt.logs.clock import Timeline
-from compfilt.logs.errors import LogError, UsageError, quoted
-from compfilt.logs.kinds.tilt import Tilt, angle_names
-from compfilt.logs.pipeline import Pipeline
-from compfilt.logs.readers import open_log
+from compfilt.logs.errors import RecipeError, UsageError
 from compfilt.logs.recipe import Recipe
-from compfilt.logs.signals import to_numpy
-from compfilt.logs.units import ANGLE
 
 __all__ = ["LogRecording", "from_logs"]
 
-Array = npt.NDArray[np.float64]
+_INSTEAD = {
+    "attitude": ": its one number is tau, and for the noise at rest that is the tau of compfilt design --noise FILE --kind "
+    'first_order; method = "mahony" has gains'
+}
+"""What to do about a filter without a design."""
 
-
-@dataclass(frozen=True)
-class _Given:
-    """A design in the place of the one that a recipe names."""
-
-    design: LinearFilter
-
-    @property
-    def kind(self) -> str:
-        return type(self.design).__name__
-
-    @property
-    def derivative_order(self) -> int:
-        return self.design.derivative_order
-
-    def build(self) -> LinearFilter:
-        return self.design
-
-
-@dataclass(frozen=True)
-class LogRecording:
-    """A log and the recipe that filters it, with every policy of the recipe; in memory.
-
-    Attributes
-    ----------
-    recipe : Recipe
-        Its design is replaced by those that are tried.
-    table : pyarrow.Table
-        The recipe's inputs and the columns of the truth.
-    truth : mapping of str to str
-        For each output that counts, the column that has its true values, in the output's unit. A missing value does not
-        count.
-    name : str
-        What it is called in messages.
-    """
-
-    recipe: Recipe
-    table: pa.Table
-    truth: Mapping[str, str]
-    name: str = "the log"
-
-    @cached_property
-    def fs(self) -> float:
-        """Sample rate in Hz: the recipe's, or that of the usual step."""
-        if self.recipe.clock.rate is not None:
-            return self.recipe.clock.rate
-        pipeline, _ = self._run(self.recipe.filter.design.build())  # type: ignore[attr-defined]
-        step = pipeline.timeline.steps.quantile(0.5) if pipeline.timeline is not None else None
-        if not step:
-            raise LogError(f"{self.name}: the times must go on")
-        return 1.0 / step
-
-    @property
-    def _period(self) -> float | None:
-        unit = self.recipe.output.unit
-        return 2.0 * np.pi / unit.factor if unit.dimension == ANGLE else None
-
-    def squared_errors(self, design: LinearFilter) -> Array:
-        """Return the squared error at every row, (n,), the mean over the outputs, in the output's unit."""
-        _, result = self._run(design)
-        errors = [
-            to_numpy(result.column(output).combine_chunks()) - _numbers(result, column)
-            for output, column in self.truth.items()
-        ]
-        return squared(np.column_stack(errors), self._period)
-
-    def _run(self, design: LinearFilter) -> tuple[Pipeline, Any]:
-        output = replace(
-            self.recipe.output, columns=tuple(self.truth), keep=tuple(dict.fromkeys(self.truth.values()))
-        )
-        filter_ = replace(self.recipe.filter, design=_Given(design))  # type: ignore[call-arg]
-        pipeline = Pipeline(replace(self.recipe, filter=filter_, output=output), self.table.schema)
-        try:
-            return pipeline, pipeline.filter(self.table)
-        except LogError as error:
-            raise LogError(f"{self.name}: {error}") from None
+_NO_TRUTH = (
+    "without a truth the errors are those against the offline estimate, which follows accelerations that last for many "
+    "seconds as well: the gains are too fast for them"
+)
 
 
 def from_logs(
@@ -125,10 +44,10 @@ def from_logs(
     logs
         Logs of any format, with the recipe's inputs and columns of truth. They are held in memory.
     recipe
-        How they are filtered. Its design is replaced by those that are tried.
+        How they are filtered: one with a design, or of Mahony's filter. Its gains are replaced by those that are tried.
     truth
         For each output that counts, the column with its true values, in the output's unit. Without it the offline
-        estimate, `GravityFilter.smooth`, stands in for the truth of both angles of a tilt recipe.
+        estimate, `GravityFilter.smooth`, stands in for the truth: of both angles of a tilt recipe, of the vertical of Mahony's filter.
     kind, order, split, derivative_order
         As in `compfilt.design.from_spectra`; by default those of the recipe.
     folds
@@ -139,14 +58,18 @@ def from_logs(
     LogError
         A log cannot be read or filtered; the message names it.
     UsageError
-        The recipe's filter has no linear design; or there is no truth and it is no tilt filter.
+        The recipe's filter has no linear design; or there is no truth and it is neither a tilt nor an attitude filter.
     ValueError
         Kind, order and split do not go together, or a fold has no truth.
     """
-    named = getattr(recipe.filter, "design", None)
+    filter_ = recipe.filter
+    try:
+        named = filter_.linear
+    except ValueError as error:
+        raise RecipeError(f"{recipe.source}: [filter] {error}") from None
     if named is None or named.kind == "rate":
         raise UsageError(
-            f'{recipe.source}: [filter] kind = "{recipe.filter.kind}" has no design to choose gains for'
+            f"{recipe.source}: a filter of {filter_.title} has no design to choose gains for{_INSTEAD.get(filter_.kind, '')}"
         )
     if kind is None:
         kind = named.kind
@@ -154,56 +77,10 @@ def from_logs(
             order, split = order or named.build().order, split or named.build().split
         if kind == "chain":
             derivative_order = derivative_order or named.derivative_order
-    recordings = [_read_offline(log, recipe) if truth is None else _read(log, recipe, truth) for log in logs]
-    return from_recordings(
+    recordings = [
+        read_offline(log, recipe) if truth is None else read_log(log, recipe, truth) for log in logs
+    ]
+    chosen = from_recordings(
         recordings, kind=kind, order=order, split=split, derivative_order=derivative_order, folds=folds
     )
-
-
-def _read(path: str | Path, recipe: Recipe, truth: Mapping[str, str]) -> LogRecording:
-    columns = recipe.columns._replace(keep=tuple(dict.fromkeys(truth.values())))
-    try:
-        with open_log(path, columns) as reader:
-            batches = list(reader.batches())
-        # A format may order its columns differently than asked.
-        table = pa.Table.from_batches(batches) if batches else reader.schema.empty_table()
-        for column in truth.values():
-            _numbers(table, column)
-    except LogError as error:
-        raise LogError(f"{path}: {error}") from None
-    return LogRecording(recipe, table, dict(truth), str(path))
-
-
-def _read_offline(path: str | Path, recipe: Recipe) -> LogRecording:
-    """Read a log without truth, and put the offline estimate in its place."""
-    if not isinstance(recipe.filter, Tilt):
-        raise UsageError(
-            f'{recipe.source}: without truth [filter] kind must be "tilt", not "{recipe.filter.kind}"'
-        )
-    recording = _read(path, recipe, {})
-    table, filter_, clock = recording.table.combine_chunks(), recipe.filter, recipe.clock
-    batch = pa.RecordBatch.from_arrays(
-        [column.combine_chunks() for column in table.columns], schema=table.schema
-    )
-    try:
-        if clock.column is None:
-            times: dict[str, Any] = {"fs": clock.rate}
-        else:
-            times = {"t": Timeline(clock.column, clock.unit, recipe.policy).take(batch)}
-        gyro, acc = (signal.take(batch, np.float64) for signal in (filter_.gyro, filter_.accelerometer))
-        up = compfilt.GravityFilter().smooth(gyro, acc, **times).up
-    except (LogError, ValueError) as error:
-        raise LogError(f"{path}: {error}") from None
-    angles = compfilt.tilt(up, axes=filter_.structure["axes"]) / recipe.output.unit.factor
-    truth = {}
-    for angle, name in zip(angles.T, angle_names(filter_.structure["axes"]), strict=True):
-        truth[name] = f"{name} by the offline estimate"
-        table = table.append_column(truth[name], pa.array(np.ascontiguousarray(angle)))
-    return replace(recording, table=table, truth=truth)
-
-
-def _numbers(table: Any, column: str) -> Array:  # noqa: ANN401 - a table of Arrow
-    try:
-        return to_numpy(table.column(column).combine_chunks()).astype(np.float64)
-    except (TypeError, ValueError, BufferError):
-        raise LogError(f"the column {quoted(column)} must hold numbers") from None
+    return chosen if truth is not None else chosen.with_warning(_NO_TRUTH)

@@ -4,6 +4,8 @@ import json
 from pathlib import Path
 from typing import NamedTuple
 
+from compfilt.checks import positive, sample_rate
+
 __all__ = ["Densities", "read_densities"]
 
 
@@ -24,15 +26,17 @@ def read_densities(path: str | Path) -> Densities:
     OSError
         The file cannot be read.
     ValueError
-        It is something else; the message names it.
+        It is something else, or a number in it breaks its rule; the message names the file.
     """
     text = Path(path).read_bytes()
     try:
         report = json.loads(text)
-        densities = report["densities"]
-        measurement, derivative, walk = (
-            float(densities[name]) for name in ("measurement", "derivative", "walk")
-        )
-        return Densities(measurement, derivative, walk, float(report["rate"]))
+        found = {name: float(report["densities"][name]) for name in ("measurement", "derivative", "walk")}
+        rate = float(report["rate"])
     except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
         raise ValueError(f"{path}: must be what compfilt noise --json printed") from None
+    try:
+        checked = {name: positive(f"densities.{name}", number, zero=True) for name, number in found.items()}
+        return Densities(**checked, fs=sample_rate("rate", rate))
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None

@@ -8,8 +8,9 @@ import numpy.typing as npt
 from scipy.integrate import trapezoid  # type: ignore[import-untyped]
 
 from compfilt._core import LinearFilter
-from compfilt.design.running import Rule, Running
-from compfilt.design.source import BANDS, Noise, Source, as_source, positive
+from compfilt.checks import positive
+from compfilt.design.running import Rule, Running, rate_for
+from compfilt.design.source import BANDS, Noise, Source, as_source
 
 __all__ = ["NoiseModel", "Prediction", "deviation", "grid", "integral", "predict"]
 
@@ -146,8 +147,8 @@ def predict(
     >>> round(prediction.sigma, 5)
     0.00671
     """
-    rate = positive("fs", fs)
-    return NoiseModel.of(measurement, derivative, walk, bias).predict(design, rate, rule)
+    noise = NoiseModel.of(measurement, derivative, walk, bias)
+    return noise.predict(design, rate_for(design, fs), rule)
 
 
 def deviation(running: Running, source: Source, which: int) -> float:

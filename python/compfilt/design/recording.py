@@ -10,14 +10,22 @@ import numpy.typing as npt
 
 import compfilt
 from compfilt._core import LinearFilter
+from compfilt.checks import sample_rate
 from compfilt.design.family import Family, family
 from compfilt.design.least import least
 from compfilt.design.result import Designed
 from compfilt.design.running import Rule
 from compfilt.design.sensitivity import sensitivity
-from compfilt.design.source import positive
 
-__all__ = ["AttitudeRecording", "LinearRecording", "Recording", "TiltRecording", "from_recordings", "squared"]
+__all__ = [
+    "AttitudeRecording",
+    "LinearRecording",
+    "Recording",
+    "TiltRecording",
+    "from_recordings",
+    "squared",
+    "squared_angle",
+]
 
 Array = npt.NDArray[np.float64]
 
@@ -129,8 +137,7 @@ class AttitudeRecording:
     def squared_errors(self, design: LinearFilter) -> Array:
         """Return the squared angle between estimated and true up at every sample, (n,), in rad²."""
         estimate = compfilt.Mahony.from_design(design).estimate(self.gyro, self.acc, fs=self.fs).up
-        across = np.linalg.norm(np.cross(estimate, self._truth), axis=1)
-        squares = np.arctan2(across, np.sum(estimate * self._truth, axis=1)) ** 2
+        squares = squared_angle(np.asarray(estimate, float), self._truth)
         return squares if self.counts is None else np.where(self.counts, squares, np.nan)
 
 
@@ -216,7 +223,7 @@ class _Scores:
             raise ValueError(f"folds must be at least 2, not {folds}")
         self.recordings = tuple(recordings)
         self.folds = min(folds, len(recordings)) if len(recordings) > 1 else folds
-        self.fastest = 0.5 * max(positive("fs", each.fs) for each in recordings)
+        self.fastest = 0.5 * max(sample_rate("fs", each.fs) for each in recordings)
         self.counts, longest = np.zeros(self.folds), 0.0
         for which, each in enumerate(self.recordings):
             errors = each.squared_errors(probe)
@@ -255,6 +262,12 @@ class _Scores:
         if len(self.recordings) > 1:
             return np.where(np.arange(self.folds) == which % self.folds, values.sum(), 0.0)
         return np.array([block.sum() for block in np.array_split(values, self.folds)])
+
+
+def squared_angle(up: Array, truth: Array) -> Array:
+    """Return the squares of the angles between unit vectors, (n, 3) each, in rad²."""
+    across = np.linalg.norm(np.cross(up, truth), axis=1)
+    return np.asarray(np.arctan2(across, np.sum(up * truth, axis=1)) ** 2)
 
 
 def squared(error: Array, period: float | None) -> Array:

@@ -8,8 +8,8 @@ from scipy.signal import welch  # type: ignore[import-untyped]
 
 from compfilt._core import LinearFilter
 from compfilt.design.prediction import NoiseModel, deviation, grid, integral
-from compfilt.design.running import Rule, Running
-from compfilt.design.source import Noise, positive
+from compfilt.design.running import Rule, Running, rate_for
+from compfilt.design.source import Noise
 
 __all__ = ["check_residual", "residual_sigma"]
 
@@ -58,7 +58,7 @@ def residual_sigma(
     0.0999
     """
     noise = NoiseModel.of(measurement, derivative, walk, 0.0)
-    running = Running(design, positive("fs", fs), rule)
+    running = Running(design, rate_for(design, fs), rule)
     if noise.measurement.frequency is None:
         own = noise.measurement.white**2 * fs * running.residual_variance()
     else:

@@ -9,11 +9,36 @@ import numpy.typing as npt
 from scipy.linalg import solve_discrete_lyapunov, solve_sylvester  # type: ignore[import-untyped]
 
 from compfilt._core import LinearFilter, RateFilter
+from compfilt.checks import sample_rate
 
-__all__ = ["Rule", "Running"]
+__all__ = ["Rule", "Running", "rate_for"]
 
 Array = npt.NDArray[np.float64]
 Rule = Literal["backward_euler", "matched"]
+
+LONGEST_STEP, SHORTEST_STEP = 1e3, 1e-12
+"""Of a pole times the sample period. Beyond them the equations of the prediction lose all digits."""
+
+
+def rate_for(design: LinearFilter, fs: float) -> float:
+    """Return a sample rate in Hz, checked: one for which the error of a design can be predicted.
+
+    Raises
+    ------
+    ValueError
+        If it is no sample rate, or far off the filter's poles.
+    """
+    rate = sample_rate("fs", fs)
+    if not isinstance(design, LinearFilter):
+        return rate  # Running says so.
+    speeds = np.abs(design.poles)
+    lowest, highest = float(speeds.max()) / LONGEST_STEP, float(speeds.min()) / SHORTEST_STEP
+    if not lowest <= rate <= highest:
+        raise ValueError(
+            f"fs must lie between {lowest:.3g} and {highest:.3g} Hz to predict the error of this filter, whose poles lie at "
+            f"{speeds.min():.3g} to {speeds.max():.3g} rad/s, not {rate:g}"
+        )
+    return rate
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,9 @@ from typing import Protocol, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["MeasuredSpectrum", "Noise", "Source", "as_source", "positive"]
+from compfilt.checks import positive
+
+__all__ = ["MeasuredSpectrum", "Noise", "Source", "as_source"]
 
 Array = npt.NDArray[np.float64]
 
@@ -79,24 +81,6 @@ def as_source(name: str, noise: Noise) -> Source:
         raise ValueError(f"{name} must have a finite density that is not negative")
     frequency, power = _in_bands(frequency, density / 2.0)
     return Source(float(np.sqrt(power.mean())), frequency, power)
-
-
-def positive(name: str, value: object, *, zero: bool = False) -> float:
-    """Return a finite number above 0, or from 0 on.
-
-    Raises
-    ------
-    ValueError
-        If it is not.
-    TypeError
-        If it is not a number.
-    """
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
-        raise TypeError(f"{name} must be a number, not {type(value).__name__}")
-    number = float(value)
-    if not np.isfinite(number) or number < 0.0 or (number == 0.0 and not zero):
-        raise ValueError(f"{name} must be finite and {'not negative' if zero else 'above 0'}, not {number:g}")
-    return number
 
 
 def _in_bands(frequency: Array, power: Array) -> tuple[Array, Array]:

@@ -2,13 +2,14 @@
 
 from collections.abc import Sequence
 
+from compfilt.checks import sample_rate
 from compfilt.design.assess import assessed
 from compfilt.design.family import Family, family
 from compfilt.design.least import least
 from compfilt.design.prediction import NoiseModel
 from compfilt.design.result import Designed
 from compfilt.design.running import Rule
-from compfilt.design.source import Noise, positive
+from compfilt.design.source import Noise
 
 __all__ = ["from_spectra"]
 
@@ -89,7 +90,7 @@ def from_spectra(
     (1.0, 1.7)
     """
     chosen = family(kind, order, split, derivative_order)
-    rate = positive("fs", fs)
+    rate = sample_rate("fs", fs)
     noise = NoiseModel.of(measurement, derivative, walk, bias)
     _check_noise(noise, chosen)
     design, at_end = least(

@@ -5,10 +5,10 @@ from collections.abc import Callable
 import numpy as np
 
 from compfilt._core import LinearFilter
+from compfilt.checks import positive
 from compfilt.design import speed
 from compfilt.design.family import family
 from compfilt.design.result import Designed
-from compfilt.design.source import positive
 
 __all__ = ["from_bias_time", "from_cutoff", "from_settling_time"]
 

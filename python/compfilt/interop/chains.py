@@ -7,14 +7,13 @@ import numpy as np
 import numpy.typing as npt
 
 from compfilt._core import Chain
+from compfilt.constants import HIGHEST_ORDER
 from compfilt.interop.system import Matrix, Rule, System, of_design
 
 __all__ = ["recognise"]
 
 TOLERANCE = 1e-6
 """The share by which a response may differ from the chain's."""
-
-HIGHEST_ORDER = 6
 
 Response = npt.NDArray[np.complex128]
 

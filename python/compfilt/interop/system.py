@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from compfilt._core import LinearFilter, Observer, RateFilter
+from compfilt.checks import positive
 
 __all__ = ["Rule", "System", "of_design", "of_observer"]
 
@@ -138,14 +139,8 @@ def of_observer(
         np.hstack((L, B)),
         before,
         np.hstack((direct, np.zeros((n, m)))),
-        None if fs is None else 1.0 / _positive(fs),
+        None if fs is None else 1.0 / positive("fs", fs),
         (*(f"y{i}" for i in range(p)), *(f"u{i}" for i in range(m))),
         tuple(f"{name}_{output}" for name in names),
         names,
     )
-
-
-def _positive(fs: float) -> float:
-    if not (np.isfinite(fs) and fs > 0.0):
-        raise ValueError(f"fs must be positive and finite, got {fs:g}")
-    return fs

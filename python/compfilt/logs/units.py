@@ -10,6 +10,8 @@ import math
 import re
 from typing import NamedTuple
 
+from compfilt.constants import STANDARD_GRAVITY
+
 __all__ = [
     "ACCELERATION",
     "ANGLE",
@@ -27,9 +29,6 @@ __all__ = [
     "parse_quantity",
     "parse_unit",
 ]
-
-STANDARD_GRAVITY = 9.80665
-"""One g in m/s², exact by definition."""
 
 
 class UnitError(ValueError):

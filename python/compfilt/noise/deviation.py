@@ -4,8 +4,9 @@ import allantools  # type: ignore[import-untyped]
 import numpy as np
 import numpy.typing as npt
 
+from compfilt.checks import positive
 from compfilt.noise.curves import AllanCurve, Array
-from compfilt.noise.signals import channel, positive
+from compfilt.noise.signals import channel
 
 __all__ = ["allan"]
 

@@ -6,8 +6,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage, signal, stats  # type: ignore[import-untyped]
 
+from compfilt.checks import positive
 from compfilt.noise.curves import Array
-from compfilt.noise.signals import channel, positive
+from compfilt.noise.signals import channel
 from compfilt.noise.welch import degrees_of_freedom, segment_length, spectrum
 
 __all__ = ["Line", "find_lines"]

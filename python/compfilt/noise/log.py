@@ -3,7 +3,9 @@
 from dataclasses import replace
 from pathlib import Path
 
-from compfilt.logs.errors import LogError
+import numpy as np
+
+from compfilt.logs.errors import LogError, UsageError
 from compfilt.logs.recipe import Recipe
 from compfilt.noise.motion import PAUSE, NotAtRest, Span, find_motion, longest_rest
 from compfilt.noise.motors import add_motors
@@ -51,7 +53,7 @@ def analyse_log(
     LogError
         A log cannot be read, or the first one is not at rest: the message says when.
     UsageError
-        Nothing tells the gyro's unit.
+        Nothing tells the gyro's unit, or the part ends before it begins.
 
     Examples
     --------
@@ -69,6 +71,7 @@ def analyse_log(
     >>> round(float(np.degrees(report.gyro[0].density)), 2)  # (deg/s)/√Hz, two-sided: 0.1/√100
     0.01
     """
+    _check_part(start, end)
     recording = read_recording(path, recipe, gyro_unit=gyro_unit, start=start, end=end)
     if only_longest_rest:
         recording = _longest_rest(recording)
@@ -80,6 +83,14 @@ def analyse_log(
         raise LogError(str(error)) from None
     report = replace(report, notes=recording.notes)
     return report if motors is None else _with_motors(report, motors, recipe, gyro_unit)
+
+
+def _check_part(start: float | None, end: float | None) -> None:
+    for option, moment in (("--from", start), ("--until", end)):
+        if moment is not None and not np.isfinite(moment):
+            raise UsageError(f"{option} must be finite, not {moment:g}")
+    if end is not None and end <= (start or 0.0):
+        raise UsageError(f"--until must be later than --from, which is {start or 0.0:g} s, not {end:g} s")
 
 
 def _longest_rest(recording: Recording) -> Recording:

@@ -7,8 +7,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy import stats  # type: ignore[import-untyped]
 
+from compfilt.checks import positive
 from compfilt.noise.curves import Array
-from compfilt.noise.signals import channels, positive
+from compfilt.noise.signals import channels
 from compfilt.noise.steps import find_step
 
 __all__ = ["NotAtRest", "Span", "find_motion", "longest_rest"]

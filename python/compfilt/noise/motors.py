@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from compfilt.checks import positive
 from compfilt.noise.channel import ChannelNoise
 from compfilt.noise.curves import Array, Spectrum
 from compfilt.noise.lines import Line, find_lines
-from compfilt.noise.signals import channels, positive
+from compfilt.noise.signals import channels
 from compfilt.noise.welch import degrees_of_freedom, segment_length, spectrum
 
 if TYPE_CHECKING:
@@ -21,6 +22,8 @@ SLOW = 0.05
 """Below this part of half the sample rate lies what a filter lets through of the vibration."""
 SURE = 4.0
 """Vibration is what exceeds the noise at rest by so many standard errors."""
+CLOCK = 0.02
+"""Two recordings of one sensor have one rate if theirs differ by no more than this part: a clock may be off by so much."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,8 @@ def add_motors(report: "NoiseReport", gyro: npt.ArrayLike, acc: npt.ArrayLike, *
     gyro, acc : array_like, shape (n, 3)
         With the motors running, in rad/s and m/s².
     fs : float
-        The sample rate in Hz.
+        The sample rate in Hz: that of the report, within 2 %. What vibration folds into the band hangs on the rate, so that
+        no resampling makes two rates one.
 
     Returns
     -------
@@ -76,7 +80,8 @@ def add_motors(report: "NoiseReport", gyro: npt.ArrayLike, acc: npt.ArrayLike, *
     Raises
     ------
     ValueError
-        The signals are too short, of other shapes, or not finite; or fs is not positive.
+        The signals are too short, of other shapes, or not finite; or fs is not positive, or another than that at
+        rest.
 
     Examples
     --------
@@ -93,6 +98,11 @@ def add_motors(report: "NoiseReport", gyro: npt.ArrayLike, acc: npt.ArrayLike, *
     """
     rates, force = channels("gyro", gyro, width=3), channels("acc", acc, width=3)
     rate = positive("fs", fs)
+    if abs(rate / report.fs - 1.0) > CLOCK:
+        raise ValueError(
+            f"fs must be that of the recording at rest, {report.fs:g} Hz, not {rate:g} Hz: vibration folds into another band "
+            "at another rate, so record both at one"
+        )
     both = zip(report.channels, (*rates.T, *force.T), strict=True)
     return replace(
         report,

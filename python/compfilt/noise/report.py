@@ -6,11 +6,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from compfilt.checks import positive
 from compfilt.noise.channel import ChannelNoise, analyse_channel
 from compfilt.noise.curves import Array
 from compfilt.noise.motion import NotAtRest, find_motion
 from compfilt.noise.motors import Vibration
-from compfilt.noise.signals import channels, positive
+from compfilt.noise.signals import channels
 
 __all__ = ["Densities", "NoiseReport", "analyse"]
 

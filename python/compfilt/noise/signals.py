@@ -1,29 +1,14 @@
 """The checks of what comes in."""
 
-import math
-
 import numpy as np
 import numpy.typing as npt
 
 from compfilt.noise.curves import Array
 
-__all__ = ["channel", "channels", "positive"]
+__all__ = ["channel", "channels"]
 
 SHORTEST = 64
 """Samples: of less, no spectrum and no curve says anything."""
-
-
-def positive(name: str, value: float) -> float:
-    """Return a number that must be positive and finite.
-
-    Raises
-    ------
-    ValueError
-        It is not.
-    """
-    if not (math.isfinite(value) and value > 0.0):
-        raise ValueError(f"{name} must be positive and finite, not {value:g}")
-    return float(value)
 
 
 def channel(name: str, values: npt.ArrayLike) -> Array:

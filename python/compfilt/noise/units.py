@@ -3,12 +3,12 @@
 import math
 from typing import Final, NamedTuple
 
+from compfilt.constants import STANDARD_GRAVITY
 from compfilt.noise.fit import TERMS
 
 __all__ = ["ONE_SIDED", "SHEETS", "Quantity", "Sheet"]
 
 DEGREE: Final = 180.0 / math.pi
-STANDARD_GRAVITY: Final = 9.80665
 HOUR: Final = 3600.0
 ONE_SIDED: Final = math.sqrt(2.0)
 """A one-sided density in unit/√Hz is so many times the two-sided one: it counts the power of negative frequencies too."""

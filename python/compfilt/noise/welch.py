@@ -4,8 +4,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy import signal  # type: ignore[import-untyped]
 
+from compfilt.checks import positive
 from compfilt.noise.curves import Spectrum
-from compfilt.noise.signals import channels, positive
+from compfilt.noise.signals import channels
 
 __all__ = ["degrees_of_freedom", "segment_length", "spectrum", "white_density"]
 

@@ -131,26 +131,24 @@ def save_design(
     'angle.png'
     """
     from compfilt.logs.errors import RecipeError, UsageError  # noqa: PLC0415 - pictures do not need Arrow
-    from compfilt.logs.kinds.cube import Cube  # noqa: PLC0415
-    from compfilt.logs.kinds.linear import Linear  # noqa: PLC0415
-    from compfilt.logs.kinds.tilt import Tilt  # noqa: PLC0415
     from compfilt.logs.recipe import load_recipe  # noqa: PLC0415
 
     target = Path(recipe).with_suffix(".png") if out is None else Path(out)
     check_file(target, force=force)
     loaded = load_recipe(recipe)
     filter_ = loaded.filter
-    if not isinstance(filter_, (Linear, Tilt, Cube)):
-        raise UsageError(
-            f'{recipe}: a filter of kind = "{filter_.kind}" has no linear design to draw; plot the result of compfilt run'
-        )
     try:
-        built = filter_.design.build()
+        linear = filter_.linear
+        built = None if linear is None else linear.build()
     except ValueError as error:
         raise RecipeError(f"{recipe}: [filter] {error}") from None
+    if built is None:
+        raise UsageError(
+            f"{recipe}: a filter of {filter_.title} has no linear design to draw; plot the result of compfilt run"
+        )
     rate = loaded.clock.rate if fs is None else fs
     try:
-        figure = design(built, fs=rate, rule=filter_.stream.get("rule", "backward_euler"))
+        figure = design(built, fs=rate, rule=getattr(filter_, "stream", {}).get("rule", "backward_euler"))
     except ValueError as error:
         raise UsageError(f"{recipe}: {error}") from None
     write(figure, target)

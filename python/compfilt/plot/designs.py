@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from compfilt._core import LinearFilter
+from compfilt.checks import positive
 
 __all__ = [
     "COLORS",
@@ -68,8 +69,8 @@ def label_of(name: str, what: str) -> str:
 
 def check_rate(fs: float | None) -> None:
     """Raise ValueError if the sample rate is not one."""
-    if fs is not None and not 0.0 < fs < np.inf:
-        raise ValueError(f"fs must be positive and finite, got {fs}")
+    if fs is not None:
+        positive("fs", fs)
 
 
 def frequencies(designs: Iterable[LinearFilter], fs: float | None) -> Array:

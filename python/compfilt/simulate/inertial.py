@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from compfilt.checks import sample_rate
 from compfilt.motion import Array, Motion, mean_rates, specific_force
 from compfilt.simulate.errors import ImuErrors, TriadErrors
-from compfilt.simulate.length import positive, samples_in
+from compfilt.simulate.length import samples_in
 from compfilt.simulate.noise import flicker, random_walk, white
 
 __all__ = ["LOG_UNITS", "imu", "imu_log", "triad"]
@@ -171,7 +172,7 @@ def _read(
     signal = np.asarray(truth, dtype=np.float64)
     if signal.ndim != 2 or signal.shape[1] != 3 or not signal.size:
         raise ValueError(f"{name} must have the shape (n, 3), got {signal.shape}")
-    fs = positive("fs", fs)
+    fs = sample_rate("fs", fs)
     readings = _sensed(_delayed(signal, errors.delay * fs), errors.sensitivity)
     readings += errors.each("bias") + _noise(signal.shape[0], fs, errors, seeds)
     return _digital(readings, errors.each("resolution"), errors.each("full_scale"))

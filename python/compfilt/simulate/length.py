@@ -1,8 +1,8 @@
 """How long a simulated log is."""
 
-import math
+from compfilt.checks import positive, sample_rate
 
-__all__ = ["positive", "samples_in"]
+__all__ = ["samples_in"]
 
 MOST = 1e12
 """Samples: no memory holds so many."""
@@ -16,16 +16,9 @@ def samples_in(duration: float, rate: float) -> int:
     ValueError
         One of them is not positive and finite, or there is no sample, or more than memory can hold.
     """
-    samples = positive("duration", duration) * positive("rate", rate)
+    samples = positive("duration", duration) * sample_rate("rate", rate)
     if not 0.5 < samples < MOST:
         raise ValueError(
             f"duration times rate must be at least one sample and less than {MOST:g}, not {samples:g}"
         )
     return round(samples)
-
-
-def positive(name: str, value: float) -> float:
-    """Return the value if it is positive and finite."""
-    if not (math.isfinite(value) and value > 0.0):
-        raise ValueError(f"{name} must be positive and finite, not {value:g}")
-    return value

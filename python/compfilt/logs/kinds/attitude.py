@@ -1,13 +1,14 @@
 """The whole attitude of a body, from one gyro, one accelerometer and, where there is one, a magnetometer."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from compfilt.angles import angles_to_quaternion
+from compfilt.logs.designs import Design
 from compfilt.logs.kinds.attitude_methods import Method, parse_method
 from compfilt.logs.kinds.attitude_stream import LogAttitude, LogAttitudeStream, turned
 from compfilt.logs.kinds.base import Filter
@@ -50,6 +51,20 @@ class Attitude(Filter):
     def dimension(self) -> Dimension:
         """An angle."""
         return ANGLE
+
+    @property
+    def title(self) -> str:
+        """With the method."""
+        return f'{super().title} and method = "{self.method.name}"'
+
+    @property
+    def linear(self) -> Design | None:
+        """That of Mahony's filter."""
+        return self.method.linear
+
+    def with_design(self, design: Design) -> "Attitude":
+        """Return the same filter with other gains of Mahony's."""
+        return replace(self, method=self.method.with_design(design))
 
     def start(self, fs: float | None, dtype: npt.DTypeLike, **policy: Any) -> LogAttitudeStream:  # noqa: ANN401
         """Make a stream of the attitude filter."""

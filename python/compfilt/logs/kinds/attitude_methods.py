@@ -1,7 +1,7 @@
 """The attitude filters that a recipe can name, and their parameters."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -76,6 +76,27 @@ class Method:
         if self.design is not None:
             return compfilt.Mahony.from_design(self.design.build(), **self.parameters)
         return compfilt.Mahony(**self.parameters)
+
+    @property
+    def linear(self) -> Design | None:
+        """The design that small errors of Mahony's filter obey; the gravity filters have none.
+
+        Raises
+        ------
+        ValueError
+            As `build`.
+        """
+        if self.name != "mahony" or self.design is not None:
+            return self.design
+        filter_ = compfilt.Mahony(**self.parameters)
+        if filter_.ki > 0.0:
+            return Design("pi", "PiForm", {"kp": filter_.kp, "ki": filter_.ki})
+        return Design("first_order", "FirstOrder", {"tau": 1.0 / filter_.kp})
+
+    def with_design(self, design: Design) -> "Method":
+        """Return Mahony's filter with the gains of a design in place of its own."""
+        others = {name: value for name, value in self.parameters.items() if name not in {"kp", "ki"}}
+        return replace(self, parameters=others, design=design)
 
     @property
     def finds_rest(self) -> bool:

@@ -2,12 +2,13 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
+from compfilt.logs.designs import Design
 from compfilt.logs.outputs import Offer, Output
 from compfilt.logs.signals import Signal
 from compfilt.logs.units import Dimension, Unit
@@ -51,6 +52,20 @@ class Filter(ABC):
     def default_unit(self) -> Unit | None:
         """The output's unit where the recipe names none; ``None`` if it must."""
         return None
+
+    @property
+    def title(self) -> str:
+        """What it is, for messages, in the words of the recipe."""
+        return f'kind = "{self.kind}"'
+
+    @property
+    def linear(self) -> Design | None:
+        """The linear design whose gains it has; ``None`` if it has none."""
+        return getattr(self, "design", None)
+
+    def with_design(self, design: Design) -> "Filter":
+        """Return the same filter with another linear design; for one that has a design."""
+        return replace(self, design=design)  # type: ignore[call-arg]  # of those that have one
 
     @abstractmethod
     def start(self, fs: float | None, dtype: npt.DTypeLike, **policy: Any) -> Any:  # noqa: ANN401 - any stream
