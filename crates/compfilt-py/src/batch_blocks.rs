@@ -9,6 +9,7 @@
 use crate::arrays::Scalar;
 use crate::batch::{Block, Channel, Filter, LEAD, Steps, run};
 use crate::lanes::{TILE, are_finite, columns_of_zeros};
+use crate::prefetch::{LINE, ask_for_all};
 use crate::relay::Relay;
 use crate::runs::{FromZero, Rowwise, Signal, TILES, TileRuns};
 use crate::shares::{split_columns, split_rows};
@@ -111,8 +112,9 @@ where
                     let _guard = relay.guard();
                     let mut desk = (vec![FromZero::new(); BLOCKS], Rowwise::new());
                     while let Some((number, chunk)) = next_chunk(&queue)
-                        && self.in_turn(number, chunk, &relay, &mut desk)
-                    {}
+                        && self.in_turn(number, chunk, &relay, &mut desk, workers)
+                    {
+                    }
                 });
             }
         });
@@ -168,14 +170,12 @@ where
         mut chunk: Block<'_, T>,
         relay: &Relay<Channel<T, N>>,
         (blocks, rowwise): &mut (Vec<FromZero<T, N>>, Rowwise<T>),
+        workers: usize,
     ) -> bool {
         let signals = Signals::of(&chunk);
+        signals.look();
         let all = wants_all(&chunk);
-        let mut added = [T::zero(); N];
-        for (block, pair) in blocks.iter_mut().zip(signals.blocks()) {
-            block.filter(self.level, (self.gains, &self.runs), pair, rowwise, all);
-            block.starts(&self.runs, &mut added);
-        }
+        let added = self.from_zero(&signals, &outputs(&mut chunk), (blocks, rowwise), all);
         let Some(mut begin) = relay.take(number) else { return false };
         let is_plain = (self.is_plain)(&begin);
         let Some(next) = is_plain.then(|| self.after(&begin, &added, &chunk)).flatten() else {
@@ -188,12 +188,32 @@ where
         let mut outputs = outputs(&mut chunk);
         let mut is_finite = true;
         for (number, (block, _)) in blocks.iter().zip(signals.blocks()).enumerate() {
+            signals.ask_for(workers * CHUNK + number * BLOCK); // Most likely the next chunk of this worker.
             is_finite &= self.finish(&mut levels, block, 0, number, &mut outputs);
         }
         if !is_finite {
             (self.exactly)(&mut begin, chunk);
         }
         true
+    }
+
+    /// Steps through the blocks of a chunk that starts at zero. The memory of its results is asked for meanwhile.
+    fn from_zero(
+        &self,
+        signals: &Signals<'_, T>,
+        outputs: &Outputs<'_, T, N>,
+        (blocks, rowwise): (&mut [FromZero<T, N>], &mut Rowwise<T>),
+        all: bool,
+    ) -> [T; N] {
+        let mut added = [T::zero(); N];
+        for (number, (block, pair)) in blocks.iter_mut().zip(signals.blocks()).enumerate() {
+            for output in outputs.iter().flatten().filter_map(|output| output.as_slice()) {
+                ask_for_all(output, number * BLOCK, BLOCK);
+            }
+            block.filter(self.level, (self.gains, &self.runs), pair, rowwise, all);
+            block.starts(&self.runs, &mut added);
+        }
+        added
     }
 
     /// Writes the levels from `first` on of a block that starts at `levels`, which go to its end. False if one overflows.
@@ -264,6 +284,21 @@ impl<'a, T: Scalar> Signals<'a, T> {
             view.to_slice().map_or_else(|| Cow::Owned(view.to_vec()), Cow::Borrowed)
         };
         Self(piece(chunk.measurement), piece(chunk.derivative))
+    }
+
+    /// Reads a number of every line. Memory is fastest when it is asked for many lines at once and nothing is done between.
+    fn look(&self) {
+        let mut sum = T::zero();
+        for (y, u) in self.0.iter().zip(self.1.iter()).step_by(LINE / size_of::<T>()) {
+            sum += *y + *u;
+        }
+        std::hint::black_box(sum);
+    }
+
+    /// Asks for the memory of a block, which may lie behind the chunk.
+    fn ask_for(&self, start: usize) {
+        ask_for_all(&self.0, start, BLOCK);
+        ask_for_all(&self.1, start, BLOCK);
     }
 
     fn blocks(&self) -> impl Iterator<Item = (&Signal<T>, &Signal<T>)> {

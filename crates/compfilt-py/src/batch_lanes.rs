@@ -4,7 +4,7 @@ use crate::arrays::Scalar;
 use crate::batch::{Block, Channel, Filter, Rows, Steps, follow, run, run_careful, turns};
 use crate::lanes::{Row, TILE, Tile, are_finite};
 use crate::lanes_direct::{filter_columns, filter_rows};
-use crate::layout::{Source, Target, fetch, fetch_rows, turn_of};
+use crate::layout::{Source, Target, fetch_rows, turn_of};
 use crate::simd::{Level, WIDTH};
 use compfilt_core::{Discretise, Recurrence};
 use numpy::ndarray::{ArrayView2, ArrayViewMut3, Axis, Slice};
@@ -144,10 +144,8 @@ impl<T: Scalar, const N: usize> Desk<T, N> {
         let (y, u) = (Source::of(measurement), Source::of(derivative));
         let mut targets = levels.outer_iter_mut().map(Target::of);
         let mut targets: [Option<Target<'_, T>>; N] = std::array::from_fn(|_| targets.next());
-        if let Some(level0) = &targets[0] {
-            fetch(&y, &u, level0);
-        }
-        let done = if all { 0 } else { self.direct(gains, lanes, (&y, &u), &mut targets[0]) };
+        let done =
+            if all { 0 } else { self.direct(gains, lanes, (&y, &u), &mut targets[0], samples) };
         for start in (done..samples).step_by(TILE) {
             let rows = start..samples.min(start + TILE);
             y.read(self.level, rows.clone(), &mut self.tile.measurement);
@@ -167,13 +165,14 @@ impl<T: Scalar, const N: usize> Desk<T, N> {
         lanes: &mut [Row<T>; N],
         signals: (&Source<'_, T>, &Source<'_, T>),
         target: &mut Option<Target<'_, T>>,
+        rows: usize,
     ) -> usize {
         match (signals, target) {
             ((Source::Rows(y), Source::Rows(u)), Some(Target::Rows(out))) => {
                 filter_rows(self.level, gains, lanes, (*y, *u), out)
             }
             ((Source::Columns(y), Source::Columns(u)), Some(Target::Columns(out))) => {
-                filter_columns(self.level, gains, lanes, (*y, *u), out)
+                filter_columns(self.level, gains, lanes, (*y, *u), out, rows)
             }
             _ => 0,
         }

@@ -3,6 +3,7 @@
 use crate::arrays::Scalar;
 use crate::batch::{Block, ROWS};
 use crate::lanes::{Rows, TILE, columns_of_zeros, to_columns, to_rows};
+use crate::prefetch::LINE;
 use crate::simd::{Level, WIDTH};
 use numpy::ndarray::{ArrayView2, ArrayViewMut2, Axis, Slice};
 use std::ops::Range;
@@ -10,25 +11,6 @@ use std::ops::Range;
 /// Rows of a turn where channels lie in one piece each: memory hands out long pieces faster than short ones from many
 /// places, and the pieces of eight channels still fit into the second cache.
 const PIECE: usize = 2048;
-
-/// Bytes that memory hands out at once.
-const LINE: usize = 64;
-
-/// Looks at every line of the columns, one column after the other, so that the tiles find them in the cache: together they
-/// would be 24 streams of memory, more than a processor fetches ahead.
-pub(crate) fn fetch<T: Scalar>(y: &Source<'_, T>, u: &Source<'_, T>, level0: &Target<'_, T>) {
-    let (Source::Columns(y), Source::Columns(u), Target::Columns(out)) = (y, u, level0) else {
-        return;
-    };
-    let step = LINE / size_of::<T>();
-    for ((y, u), out) in y.iter().zip(u).zip(out) {
-        let mut sum = T::zero();
-        for ((y, u), out) in y.iter().zip(*u).zip(out.iter()).step_by(step) {
-            sum += *y + *u + *out;
-        }
-        std::hint::black_box(sum);
-    }
-}
 
 /// Bytes of each array in a turn where the channels of a sample lie side by side: they fit into the second cache.
 const BAND: usize = 1 << 16;

@@ -52,6 +52,7 @@ mod observer_stream;
 mod options;
 mod pi;
 mod precision;
+mod prefetch;
 mod rate;
 mod relay;
 mod runs;
