@@ -8,8 +8,7 @@ use crate::simd::{Level, WIDTH};
 use numpy::ndarray::{ArrayView2, ArrayViewMut2, Axis, Slice};
 use std::ops::Range;
 
-/// Rows of a turn where channels lie in one piece each: memory hands out long pieces faster than short ones from many
-/// places, and the pieces of eight channels still fit into the second cache.
+/// Rows of a turn where channels lie in one piece each.
 const PIECE: usize = 2048;
 
 /// Bytes of each array in a turn where the channels of a sample lie side by side: they fit into the second cache.
