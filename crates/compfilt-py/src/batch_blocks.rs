@@ -175,7 +175,7 @@ where
         let signals = Signals::of(&chunk);
         signals.look();
         let all = wants_all(&chunk);
-        let added = self.from_zero(&signals, &outputs(&mut chunk), (blocks, rowwise), all);
+        let added = self.step_from_zero(&signals, &outputs(&mut chunk), (blocks, rowwise), all);
         let Some(mut begin) = relay.take(number) else { return false };
         let is_plain = (self.is_plain)(&begin);
         let Some(next) = is_plain.then(|| self.after(&begin, &added, &chunk)).flatten() else {
@@ -198,7 +198,7 @@ where
     }
 
     /// Steps through the blocks of a chunk that starts at zero. The memory of its results is asked for meanwhile.
-    fn from_zero(
+    fn step_from_zero(
         &self,
         signals: &Signals<'_, T>,
         outputs: &Outputs<'_, T, N>,

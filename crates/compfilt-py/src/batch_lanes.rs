@@ -4,7 +4,7 @@ use crate::arrays::Scalar;
 use crate::batch::{Block, Channel, Filter, Rows, Steps, follow, run, run_careful, turns};
 use crate::lanes::{Row, TILE, Tile, are_finite};
 use crate::lanes_direct::{filter_columns, filter_rows};
-use crate::layout::{Source, Target, fetch_rows, turn_of};
+use crate::layout::{Source, Target, turn_of};
 use crate::simd::{Level, WIDTH};
 use compfilt_core::{Discretise, Recurrence};
 use numpy::ndarray::{ArrayView2, ArrayViewMut3, Axis, Slice};
@@ -26,7 +26,6 @@ pub(crate) fn run_lanes<T: Scalar, D: Discretise<T, N>, const N: usize>(
     let is_plain = |channel: &Channel<T, N>| channel.is_plain(filter);
     let wait = channels.iter().any(|channel| !channel.state.started);
     for (start, end) in turns(rows, turn_of(block.measurement), wait) {
-        fetch_rows(&block, start..end);
         let (begin_gains, mut end_gains) = (gains, gains);
         let steady = gains_of_rows(filter, &mut end_gains, block.steps, start..end, &mut row_gains);
         for (group, eight) in channels.chunks_mut(WIDTH).enumerate() {

@@ -33,6 +33,10 @@ fn rows<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
 ) {
     let mut state = states::<S, T, N>(lanes);
     let stride = usize::from(gains.len() > 1);
+    // Eight of many channels are a line here and a line there: the same lines of the next turn are asked for.
+    let is_wide = out.strides()[0].unsigned_abs() > WIDTH;
+    let later = [measurement.strides(), derivative.strides(), out.strides()]
+        .map(|strides| strides[0].unsigned_abs() * out.nrows());
     let signals = measurement.outer_iter().zip(derivative.outer_iter());
     for (row, (mut out, (y, u))) in out.outer_iter_mut().zip(signals).enumerate() {
         let (Some(y), Some(u), Some(out)) = (
@@ -42,6 +46,11 @@ fn rows<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
         ) else {
             return;
         };
+        if is_wide {
+            ask_for(y, later[0]);
+            ask_for(u, later[1]);
+            ask_for(out, later[2]);
+        }
         let (y, u) = (T::Wide::<S>::from_array(*y), T::Wide::<S>::from_array(*u));
         *out = gains[row * stride].step(&mut state, y, u).to_array();
     }

@@ -1,9 +1,8 @@
 //! Up to eight channels of an array at any strides, to and from tiles.
 
 use crate::arrays::Scalar;
-use crate::batch::{Block, ROWS};
+use crate::batch::ROWS;
 use crate::lanes::{Rows, TILE, columns_of_zeros, to_columns, to_rows};
-use crate::prefetch::LINE;
 use crate::simd::{Level, WIDTH};
 use numpy::ndarray::{ArrayView2, ArrayViewMut2, Axis, Slice};
 use std::ops::Range;
@@ -21,24 +20,6 @@ pub(crate) fn turn_of<T: Scalar>(view: ArrayView2<'_, T>) -> usize {
     }
     let row = view.ncols().max(1) * size_of::<T>();
     (BAND / row / TILE * TILE).clamp(TILE, ROWS)
-}
-
-/// Looks at every line of some rows in the order of memory where they have more channels than run side by side: eight
-/// channels at a time would take one line here and one there.
-pub(crate) fn fetch_rows<T: Scalar>(block: &Block<'_, T>, rows: Range<usize>) {
-    if block.measurement.ncols() <= WIDTH {
-        return;
-    }
-    let rows = Slice::from(rows);
-    let level0 = block.levels.index_axis(Axis(0), 0);
-    for view in [block.measurement, block.derivative, level0] {
-        let mut sum = T::zero();
-        let view = view.slice_axis(Axis(0), rows);
-        for x in view.to_slice().unwrap_or_default().iter().step_by(LINE / size_of::<T>()) {
-            sum += *x;
-        }
-        std::hint::black_box(sum);
-    }
 }
 
 /// What a tile is read from. What lies beyond its rows and channels keeps its numbers.
