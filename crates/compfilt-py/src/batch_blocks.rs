@@ -1,6 +1,6 @@
 //! One long channel in another order of the sums: parts of it side by side.
 //!
-//! A block is two tiles of eight runs of sixteen samples. The filter's own step goes through all of them side by side, each
+//! A block is four tiles of eight runs of eight samples. The filter's own step goes through all of them side by side, each
 //! from a start at zero; where each of them ends then tells where the next one starts, and what that start adds to its
 //! samples is known beforehand. Blocks make chunks, and only the state between chunks is handed on, so that several workers
 //! can share a channel. Every number depends on its place in the log alone: the bits are the same for any number of
@@ -8,10 +8,10 @@
 
 use crate::arrays::Scalar;
 use crate::batch::{Block, Channel, Filter, LEAD, Steps, run};
-use crate::lanes::{TILE, are_finite, columns_of_zeros};
+use crate::lanes::are_finite;
 use crate::prefetch::{LINE, ask_for_all};
 use crate::relay::Relay;
-use crate::runs::{FromZero, Rowwise, Signal, TILES, TileRuns};
+use crate::runs::{FromZero, RUN, Signal, TILES, TileRuns};
 use crate::shares::{split_columns, split_rows};
 use crate::simd::{Level, WIDTH};
 use compfilt_core::linear::{Motion, Runs};
@@ -22,7 +22,7 @@ use std::num::NonZeroUsize;
 use std::sync::{Mutex, PoisonError};
 
 /// Samples of a block.
-const BLOCK: usize = TILES * WIDTH * TILE;
+const BLOCK: usize = TILES * WIDTH * RUN;
 
 /// Blocks of a chunk: long enough that handing the state on costs nothing, short enough to stay in the cache.
 const BLOCKS: usize = 32;
@@ -94,7 +94,7 @@ where
         if workers > 1 {
             self.share(channel, rest, workers);
         } else {
-            let mut desk = Box::new((FromZero::new(), Rowwise::new()));
+            let mut desk = Box::new(FromZero::new());
             while let Some(chunk) = take_chunk(&mut rest) {
                 self.alone(channel, chunk, &mut desk);
             }
@@ -110,7 +110,7 @@ where
             for _ in 0..workers {
                 scope.spawn(|| {
                     let _guard = relay.guard();
-                    let mut desk = (vec![FromZero::new(); BLOCKS], Rowwise::new());
+                    let mut desk = vec![FromZero::new(); BLOCKS];
                     while let Some((number, chunk)) = next_chunk(&queue)
                         && self.in_turn(number, chunk, &relay, &mut desk, workers)
                     {
@@ -126,7 +126,7 @@ where
         &self,
         channel: &mut Channel<T, N>,
         mut chunk: Block<'_, T>,
-        (block, rowwise): &mut (FromZero<T, N>, Rowwise<T>),
+        block: &mut FromZero<T, N>,
     ) {
         if !(self.is_plain)(channel) {
             return (self.exactly)(channel, chunk);
@@ -142,7 +142,7 @@ where
             let [level0, ..] = outputs.as_mut_slice() else { break };
             is_finite &= to_rows(level0, number, |out| {
                 let levels = (&mut levels, all);
-                block.filter_and_finish(self.level, filter, pair, rowwise, levels, out)
+                block.filter_and_finish(self.level, filter, pair, levels, out)
             });
             if all {
                 is_finite &= self.finish(&mut start, block, 1, number, &mut outputs);
@@ -169,13 +169,13 @@ where
         number: usize,
         mut chunk: Block<'_, T>,
         relay: &Relay<Channel<T, N>>,
-        (blocks, rowwise): &mut (Vec<FromZero<T, N>>, Rowwise<T>),
+        blocks: &mut [FromZero<T, N>],
         workers: usize,
     ) -> bool {
         let signals = Signals::of(&chunk);
         signals.look();
         let all = wants_all(&chunk);
-        let added = self.step_from_zero(&signals, &outputs(&mut chunk), (blocks, rowwise), all);
+        let added = self.step_from_zero(&signals, &outputs(&mut chunk), blocks, all);
         let Some(mut begin) = relay.take(number) else { return false };
         let is_plain = (self.is_plain)(&begin);
         let Some(next) = is_plain.then(|| self.after(&begin, &added, &chunk)).flatten() else {
@@ -202,7 +202,7 @@ where
         &self,
         signals: &Signals<'_, T>,
         outputs: &Outputs<'_, T, N>,
-        (blocks, rowwise): (&mut [FromZero<T, N>], &mut Rowwise<T>),
+        blocks: &mut [FromZero<T, N>],
         all: bool,
     ) -> [T; N] {
         let mut added = [T::zero(); N];
@@ -210,7 +210,7 @@ where
             for output in outputs.iter().flatten().filter_map(|output| output.as_slice()) {
                 ask_for_all(output, number * BLOCK, BLOCK);
             }
-            block.filter(self.level, (self.gains, &self.runs), pair, rowwise, all);
+            block.filter(self.level, (self.gains, &self.runs), pair, all);
             block.starts(&self.runs, &mut added);
         }
         added
@@ -244,7 +244,7 @@ where
     ) -> Option<Channel<T, N>> {
         let rows = chunk.measurement.nrows();
         let over =
-            if rows == CHUNK { self.over_chunk } else { self.runs.repeated(rows / (WIDTH * TILE)) };
+            if rows == CHUNK { self.over_chunk } else { self.runs.repeated(rows / (WIDTH * RUN)) };
         let mut levels = channel.state.levels.levels;
         over.follow(&mut levels, added);
         let mut next = channel.clone();
@@ -338,7 +338,7 @@ fn to_rows<T: Scalar>(
     if let Some([out]) = output.as_slice_mut().map(|out| blocks_of_mut(&mut out[rows.clone()])) {
         return write(out);
     }
-    let mut out = [columns_of_zeros(); TILES];
+    let mut out = [[[T::zero(); RUN]; WIDTH]; TILES];
     let is_finite = write(&mut out);
     let values = out.as_flattened().as_flattened();
     for (to, from) in output.slice_axis_mut(Axis(0), Slice::from(rows)).iter_mut().zip(values) {

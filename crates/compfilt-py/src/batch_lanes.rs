@@ -157,6 +157,7 @@ impl<T: Scalar, const N: usize> Desk<T, N> {
             }
         }
     }
+
     /// Returns how many rows were filtered without a tile between memory and the steps.
     fn direct<G: Recurrence<T, N>>(
         &self,

@@ -20,7 +20,7 @@ pub(crate) type Rows<T> = [Row<T>; TILE];
 pub(crate) type Columns<T> = [[T; TILE]; WIDTH];
 
 /// A tile of zeros.
-pub(crate) fn zeros<T: Scalar>() -> Rows<T> {
+fn zeros<T: Scalar>() -> Rows<T> {
     [Row([T::zero(); WIDTH]); TILE]
 }
 
@@ -116,7 +116,7 @@ pub(crate) fn to_columns<T: Scalar>(
 /// Both halves of each sequence are read before the next one: memory comes in order.
 #[inline(always)]
 #[allow(clippy::needless_range_loop)] // Several arrays go along with one index.
-pub(crate) fn turn_in<S: Simd, T: Scalar>(_: S, columns: [&[T; TILE]; WIDTH], rows: &mut Rows<T>) {
+fn turn_in<S: Simd, T: Scalar>(_: S, columns: [&[T; TILE]; WIDTH], rows: &mut Rows<T>) {
     let mut halves = [[T::Wide::<S>::from_array([T::zero(); WIDTH]); WIDTH]; 2];
     for column in 0..WIDTH {
         for half in 0..2 {
@@ -132,32 +132,15 @@ pub(crate) fn turn_in<S: Simd, T: Scalar>(_: S, columns: [&[T; TILE]; WIDTH], ro
 }
 
 #[inline(always)]
-fn turn_out<S: Simd, T: Scalar>(simd: S, rows: &Rows<T>, columns: [&mut [T; TILE]; WIDTH]) {
-    write(simd, [eight_rows(simd, rows, 0), eight_rows(simd, rows, WIDTH)], columns);
-}
-
-/// Eight rows of a tile from `start` on.
-#[inline(always)]
-pub(crate) fn eight_rows<S: Simd, T: Scalar>(
-    _: S,
-    rows: &Rows<T>,
-    start: usize,
-) -> [T::Wide<S>; WIDTH] {
-    let mut square = [T::Wide::<S>::from_array([T::zero(); WIDTH]); WIDTH];
-    for (wide, row) in square.iter_mut().zip(&rows[start..start + WIDTH]) {
-        *wide = T::Wide::<S>::from_array(row.0);
+fn turn_out<S: Simd, T: Scalar>(_: S, rows: &Rows<T>, columns: [&mut [T; TILE]; WIDTH]) {
+    let mut halves = [[T::Wide::<S>::from_array([T::zero(); WIDTH]); WIDTH]; 2];
+    for half in 0..2 {
+        let mut square = halves[half];
+        for (wide, row) in square.iter_mut().zip(&rows[half * WIDTH..]) {
+            *wide = T::Wide::<S>::from_array(row.0);
+        }
+        halves[half] = transposed::<S, T>(square);
     }
-    square
-}
-
-/// Writes both halves of a tile, sequence by sequence.
-#[inline(always)]
-pub(crate) fn write<S: Simd, T: Scalar>(
-    _: S,
-    halves: [[T::Wide<S>; WIDTH]; 2],
-    columns: [&mut [T; TILE]; WIDTH],
-) {
-    let halves = [transposed::<S, T>(halves[0]), transposed::<S, T>(halves[1])];
     for (column, to) in columns.into_iter().enumerate() {
         for half in 0..2 {
             to[half * WIDTH..][..WIDTH].copy_from_slice(&halves[half][column].to_array());
@@ -165,11 +148,11 @@ pub(crate) fn write<S: Simd, T: Scalar>(
     }
 }
 
-/// Eight numbers of a run from `start` on.
+/// Eight numbers of a sequence from `start` on.
 #[inline(always)]
-fn eight<S: Simd, T: Scalar>(run: &[T; TILE], start: usize) -> T::Wide<S> {
+fn eight<S: Simd, T: Scalar>(sequence: &[T; TILE], start: usize) -> T::Wide<S> {
     let mut values = [T::zero(); WIDTH];
-    values.copy_from_slice(&run[start..start + WIDTH]);
+    values.copy_from_slice(&sequence[start..start + WIDTH]);
     T::Wide::<S>::from_array(values)
 }
 

@@ -5,7 +5,7 @@ pub(crate) const LINE: usize = 64;
 
 /// Asks for the line of `values[index]`, which may lie behind the end.
 ///
-/// Into the second cache: the queue of the first is so short that asking for it there takes twice the time of not asking at all. Other
+/// Into the second cache: the queue of the first is so short that asking there takes longer than not asking at all. Other
 /// processors than x86-64 are left to themselves.
 #[inline(always)]
 #[allow(unsafe_code)]

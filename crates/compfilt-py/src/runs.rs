@@ -1,31 +1,28 @@
 //! Eight runs of one channel side by side: the filter's own steps from a start at zero, then what each run's start adds.
 
 use crate::arrays::Scalar;
-use crate::lanes::{Columns, Row, Rows, TILE, are_finite, eight_rows, turn_in, write, zeros};
+use crate::lanes::{Row, are_finite, transposed};
 use crate::simd::{Level, Simd, WIDTH, Wide, dispatch};
 use compfilt_core::Recurrence;
 use compfilt_core::linear::{Runs, State};
 
-/// Tiles of a block. The processor steps through one while it waits for the other.
-pub(crate) const TILES: usize = 2;
+/// Samples of a run: as many as there are runs in a tile, so that a tile is turned and filtered in registers.
+pub(crate) const RUN: usize = WIDTH;
+
+/// Tiles of a block. No tile waits for another until all have ended.
+pub(crate) const TILES: usize = 4;
 
 /// The runs of a tile.
-pub(crate) type TileRuns<T, const N: usize> = Runs<T, N, TILE, WIDTH>;
+pub(crate) type TileRuns<T, const N: usize> = Runs<T, N, RUN, WIDTH>;
 
-/// One signal of a block: the runs, as they lie one after the other, are the columns of its tiles.
-pub(crate) type Signal<T> = [Columns<T>; TILES];
+/// The runs of a tile as they lie one after the other.
+type Tile<T> = [[T; RUN]; WIDTH];
 
-/// Both signals of a block, row by row: kept from block to block, because clearing them takes time.
-pub(crate) struct Rowwise<T> {
-    measurement: [Rows<T>; TILES],
-    derivative: [Rows<T>; TILES],
-}
+/// One signal of a block.
+pub(crate) type Signal<T> = [Tile<T>; TILES];
 
-impl<T: Scalar> Rowwise<T> {
-    pub(crate) fn new() -> Self {
-        Self { measurement: [zeros(); TILES], derivative: [zeros(); TILES] }
-    }
-}
+/// A number of each run, sample by sample.
+type Rows<T> = [Row<T>; RUN];
 
 /// A block from a start at zero.
 #[derive(Clone)]
@@ -39,7 +36,7 @@ pub(crate) struct FromZero<T, const N: usize> {
 impl<T: Scalar, const N: usize> FromZero<T, N> {
     pub(crate) fn new() -> Self {
         let row = Row([T::zero(); WIDTH]);
-        Self { levels: [[zeros(); TILES]; N], ends: [[row; N]; TILES] }
+        Self { levels: [[[row; RUN]; TILES]; N], ends: [[row; N]; TILES] }
     }
 
     /// The state before each tile; `levels` goes from the start of the block to its end.
@@ -59,10 +56,9 @@ impl<T: Scalar, const N: usize> FromZero<T, N> {
         level: Level,
         filter: (&G, &TileRuns<T, N>),
         signals: (&Signal<T>, &Signal<T>),
-        rowwise: &mut Rowwise<T>,
         all: bool,
     ) {
-        dispatch!(level, simd => from_zero(simd, filter, signals, rowwise, self, all));
+        dispatch!(level, simd => from_zero(simd, filter, signals, self, all));
     }
 
     /// A level of a block whose tiles start at `starts`. False if it overflows.
@@ -83,12 +79,11 @@ impl<T: Scalar, const N: usize> FromZero<T, N> {
         level: Level,
         filter: (&G, &TileRuns<T, N>),
         signals: (&Signal<T>, &Signal<T>),
-        rowwise: &mut Rowwise<T>,
         (levels, all): (&mut [T; N], bool),
         out: &mut Signal<T>,
     ) -> bool {
         dispatch!(level, simd => {
-            from_zero(simd, filter, signals, rowwise, self, all);
+            from_zero(simd, filter, signals, self, all);
             let starts = self.starts(filter.1, levels);
             finish(simd, self, filter.1, &starts, 0, out)
         })
@@ -96,22 +91,45 @@ impl<T: Scalar, const N: usize> FromZero<T, N> {
 }
 
 #[inline(always)]
+#[allow(clippy::needless_range_loop)] // Several arrays go along with one index.
 fn from_zero<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
     simd: S,
     (gains, runs): (&G, &TileRuns<T, N>),
     (measurement, derivative): (&Signal<T>, &Signal<T>),
-    rowwise: &mut Rowwise<T>,
     to: &mut FromZero<T, N>,
     all: bool,
 ) {
     for tile in 0..TILES {
-        turn_in(simd, measurement[tile].each_ref(), &mut rowwise.measurement[tile]);
-        turn_in(simd, derivative[tile].each_ref(), &mut rowwise.derivative[tile]);
+        let y = turned(simd, &measurement[tile]);
+        let u = turned(simd, &derivative[tile]);
+        let zero = T::Wide::<S>::from_array([T::zero(); WIDTH]);
+        let mut state = State { levels: [zero; N] };
+        for row in 0..RUN {
+            gains.step(&mut state, y[row], u[row]);
+            to.levels[0][tile][row] = Row(state.levels[0].to_array());
+            if all {
+                for level in 1..N {
+                    to.levels[level][tile][row] = Row(state.levels[level].to_array());
+                }
+            }
+        }
+        for level in 0..N {
+            to.ends[tile][level] = Row(state.levels[level].to_array());
+        }
     }
-    steps(simd, gains, rowwise, to, all);
     for ends in &mut to.ends {
         chain(simd, runs, ends);
     }
+}
+
+/// A tile with its runs side by side.
+#[inline(always)]
+fn turned<S: Simd, T: Scalar>(_: S, tile: &Tile<T>) -> [T::Wide<S>; RUN] {
+    let mut square = [T::Wide::<S>::from_array([T::zero(); WIDTH]); RUN];
+    for (wide, run) in square.iter_mut().zip(tile) {
+        *wide = T::Wide::<S>::from_array(*run);
+    }
+    transposed::<S, T>(square)
 }
 
 #[inline(always)]
@@ -132,39 +150,6 @@ fn finish<S: Simd, T: Scalar, const N: usize>(
             finish_tile(simd, weights, &starts, &block.levels[number][tile], &mut out[tile]);
     }
     sums.iter().all(|sums| are_finite(&sums.0))
-}
-
-/// The filter's own steps through both tiles by turns, from zero.
-#[inline(always)]
-#[allow(clippy::needless_range_loop)] // Several arrays go along with one index.
-fn steps<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
-    _: S,
-    gains: &G,
-    rowwise: &Rowwise<T>,
-    to: &mut FromZero<T, N>,
-    all: bool,
-) {
-    let zero = T::Wide::<S>::from_array([T::zero(); WIDTH]);
-    let mut states = [State { levels: [zero; N] }; TILES];
-    for row in 0..TILE {
-        for tile in 0..TILES {
-            let y = T::Wide::<S>::from_array(rowwise.measurement[tile][row].0);
-            let u = T::Wide::<S>::from_array(rowwise.derivative[tile][row].0);
-            let state = &mut states[tile];
-            gains.step(state, y, u);
-            to.levels[0][tile][row] = Row(state.levels[0].to_array());
-            if all {
-                for level in 1..N {
-                    to.levels[level][tile][row] = Row(state.levels[level].to_array());
-                }
-            }
-        }
-    }
-    for tile in 0..TILES {
-        for level in 0..N {
-            to.ends[tile][level] = Row(states[tile].levels[level].to_array());
-        }
-    }
 }
 
 /// Each run takes what the runs before it have left: those one, two, then four before.
@@ -230,25 +215,26 @@ fn run_starts<S: Simd, T: Scalar, const N: usize>(
 #[inline(always)]
 #[allow(clippy::needless_range_loop)] // Several arrays go along with one index.
 fn finish_tile<S: Simd, T: Scalar, const N: usize>(
-    simd: S,
-    weights: &[[T; N]; TILE],
+    _: S,
+    weights: &[[T; N]; RUN],
     starts: &[T::Wide<S>; N],
     rows: &Rows<T>,
-    out: &mut Columns<T>,
+    out: &mut Tile<T>,
 ) -> Row<T> {
-    let mut sums = [T::Wide::<S>::from_array([T::zero(); WIDTH]); 2];
-    let mut halves = [eight_rows(simd, rows, 0), eight_rows(simd, rows, WIDTH)];
-    for half in 0..2 {
-        for row in 0..WIDTH {
-            let x = &mut halves[half][row];
-            for column in 0..N {
-                *x += starts[column] * weights[half * WIDTH + row][column];
-            }
-            sums[half] += *x;
+    let mut sum = T::Wide::<S>::from_array([T::zero(); WIDTH]);
+    let mut square = [sum; RUN];
+    for row in 0..RUN {
+        let mut x = T::Wide::<S>::from_array(rows[row].0);
+        for column in 0..N {
+            x += starts[column] * weights[row][column];
         }
+        sum += x;
+        square[row] = x;
     }
-    write(simd, halves, out.each_mut());
-    Row((sums[0] + sums[1]).to_array())
+    for (run, x) in out.iter_mut().zip(transposed::<S, T>(square)) {
+        *run = x.to_array();
+    }
+    Row(sum.to_array())
 }
 
 /// Zeros from `SHIFT` on, then the first numbers of `x`.
