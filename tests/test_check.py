@@ -342,6 +342,7 @@ def test_a_bias_is_found_where_the_unit_cannot_be_told(tmp_path):
     (finding,) = check_log(path).about("gyro bias")
     assert finding.level == "unknown"
     assert finding.what == "the gyro reads (0.0524, 0.0524, 0.0524) at rest, and its unit cannot be told"
+    assert "deg/s" not in finding.evidence
 
 
 def test_axes_that_point_down_are_named(tmp_path):
