@@ -55,6 +55,14 @@ def test_without_names_too(tmp_path):
     assert recipe.separator == ";"
 
 
+def test_lines_may_be_long(tmp_path):
+    """As long as those that can be read."""
+    names = ";".join(f"column_{i}" for i in range(9000))
+    row = ";".join(["0.123456789"] * 9000)
+    path = write(tmp_path / "log.csv", f"{names}\n" + 3 * f"{row}\n")
+    assert find_layout(path).separator == ";"
+
+
 def test_the_usual_separator_needs_no_line(log, tmp_path):
     for name, separator in (("log.csv", ","), ("log.tsv", "\t")):
         path = write(tmp_path / name, text(log, separator))
