@@ -9,8 +9,8 @@ import compfilt as cf
 from designs import all_plain, assert_same_bits, few_cases, precisions, random_signals
 
 FS = 100.0
-# Rows of a tile, and of a channel's turn.
-TILE, TURN = 16, 256
+# Rows of a tile, of a channel's turn, and of the turn of a channel that lies in one piece.
+TILE, TURN, PIECE = 16, 256, 2048
 LAYOUTS = ("C", "F", "every second", "backwards", "turned")
 
 
@@ -100,6 +100,23 @@ def test_any_layout(channels, of_y, of_u):
 def test_any_length(rows, order):
     y, u = (np.asarray(signal, order=order) for signal in random_signals(rows, 10))
     assert_like_single_channels(cf.ThirdOrder(1.0), y, u, fs=FS)
+
+
+@precisions
+@pytest.mark.parametrize("order", ["C", "F"])
+@pytest.mark.parametrize("even", [True, False], ids=["even steps", "varying steps"])
+def test_eight_channels_from_memory_to_memory(even, order, dtype):
+    """Over several turns, of which one is not plain and the last is short; also in the place of one of the signals."""
+    y, u = random_signals(2 * PIECE + TILE + 11, 8, dtype=dtype)
+    y[PIECE + 5, 2] = np.nan
+    steps = np.random.default_rng(0).uniform(0.002, 0.02, len(y))
+    times = {"fs": FS} if even else {"t": np.cumsum(steps)}
+    design = cf.PiForm(2.0, 1.0)
+    expected = one_at_a_time(design, y, u, **times)[0][0]
+    for place in ("own", "y", "u"):
+        signals = {name: np.array(signal, order=order) for name, signal in (("y", y), ("u", u))}
+        out = signals.get(place, np.empty_like(signals["y"]))
+        assert_same_bits(design.filter(signals["y"], signals["u"], out=out, **times), expected)
 
 
 @settings(max_examples=30)

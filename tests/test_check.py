@@ -159,7 +159,7 @@ def test_the_log_tells_the_unit_of_its_times(log, tmp_path, kind, ticks):
         recipe = check.RECIPE.format(clock=clock.format(unit=claimed), magnetometer="")
         report = check_log(tmp_path / "log.parquet", parse_recipe(recipe))
         assert [finding.topic for finding in report.wrong] == topics
-        assert report.about("time")[0].what == "1 rows have no time"
+        assert report.about("time")[0].what == "1 row has no time"
     (finding,) = report.about("time unit")
     assert finding.what == f"the times are in {unit}, not in s"
     assert "the log tells its unit itself" in finding.evidence
@@ -342,6 +342,7 @@ def test_a_bias_is_found_where_the_unit_cannot_be_told(tmp_path):
     (finding,) = check_log(path).about("gyro bias")
     assert finding.level == "unknown"
     assert finding.what == "the gyro reads (0.0524, 0.0524, 0.0524) at rest, and its unit cannot be told"
+    assert "deg/s" not in finding.evidence
 
 
 def test_axes_that_point_down_are_named(tmp_path):

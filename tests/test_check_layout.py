@@ -55,6 +55,14 @@ def test_without_names_too(tmp_path):
     assert recipe.separator == ";"
 
 
+def test_lines_may_be_long(tmp_path):
+    """As long as those that can be read."""
+    names = ";".join(f"column_{i}" for i in range(9000))
+    row = ";".join(["0.123456789"] * 9000)
+    path = write(tmp_path / "log.csv", f"{names}\n" + 3 * f"{row}\n")
+    assert find_layout(path).separator == ";"
+
+
 def test_the_usual_separator_needs_no_line(log, tmp_path):
     for name, separator in (("log.csv", ","), ("log.tsv", "\t")):
         path = write(tmp_path / name, text(log, separator))
@@ -68,9 +76,17 @@ BROKEN = {
         lambda content: "# today\n# by me\n" + content,
         "the names of the columns are not in the first line",
     ),
+    "comment between empty lines": (
+        lambda content: "\n\n# today\n\n" + content,
+        "the names of the columns are not in the first line",
+    ),
     "units": (
         lambda content: content.replace("\n", "\ns,deg/s,deg/s,deg/s,g,g,g\n", 1),
         "line 2 holds no number",
+    ),
+    "units behind an empty line": (
+        lambda content: content.replace("\n", "\n\ns,deg/s,deg/s,deg/s,g,g,g\n", 1),
+        "line 3 holds no number",
     ),
     "commas": (
         lambda content: content.replace(",", ";").replace(".", ","),
@@ -102,6 +118,23 @@ def test_a_packed_log_gets_no_command(log, tmp_path):
     (finding,) = check_log(path).wrong
     assert finding.topic == "header"
     assert finding.fix == ""
+
+
+def test_decimal_commas_between_commas_get_no_command(log, tmp_path):
+    """One that makes points of all commas would take the separators away."""
+    names, *rows = text(log, ";").splitlines()
+    quoted = ['"' + row.replace(".", ",").replace(";", '","') + '"' for row in rows]
+    path = write(tmp_path / "log.csv", "\n".join([names.replace(";", ","), *quoted]) + "\n")
+    (finding,) = check_log(path).wrong
+    assert finding.topic == "decimal commas"
+    assert finding.fix == ""
+
+
+@pytest.mark.parametrize("missing", ["", "NA", "null"])
+def test_a_first_sample_that_is_missing_is_no_second_header(log, tmp_path, missing):
+    names, rest = text(log).split("\n", 1)
+    path = write(tmp_path / "log.csv", f"{names}\n{','.join([missing] * len(NAMES))}\n{rest}")
+    assert find_layout(path) == (None, ())
 
 
 def test_columns_that_are_no_sensors_are_listed(tmp_path):

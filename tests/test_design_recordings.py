@@ -4,6 +4,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from pyarrow import csv
 
 import compfilt as cf
 from compfilt import simulate
@@ -245,6 +246,17 @@ def test_a_column_without_a_value_is_refused(logs, tmp_path, text, column):
             LogError, match=rf'^\S*holes\.parquet: the column "{column}" must have values: all of them'
         ):
             from_logs([path], parse_recipe(text or mahony("kp = 1.0")), truth)
+
+
+@pytest.mark.parametrize(("ending", "place"), [("csv", "line 6"), ("parquet", "row 5")])
+def test_a_bad_sample_is_named_by_its_line_in_a_text(tmp_path, ending, place):
+    log = seat()
+    log["gx"][4] = np.nan
+    path, table = tmp_path / f"log.{ending}", pa.table(log)
+    (csv.write_csv if ending == "csv" else pq.write_table)(table, path)
+    strict = parse_recipe(RECIPE + '\n[policy]\nmissing = "fail"\n')
+    with pytest.raises(LogError, match=rf'log\.{ending}: {place} has no number in column "gx"'):
+        from_logs([path], strict, {"roll": "true_roll"}, folds=2)
 
 
 def mahony(gains, axes="flu"):

@@ -47,8 +47,8 @@ def plot(
     "time" if the recipe kept it, otherwise the number of the row. A Parquet file knows the units of its columns, a CSV
     does not.
 
-    A recipe with a linear design (kind tilt, cube, first_order, pi, butterworth and the like, or Mahony's filter): its Bode plot, its poles, its
-    step response and its bias response, on one sheet.
+    A recipe with a linear design (kind tilt, cube, first_order, pi, butterworth and the like, or Mahony's filter): its Bode
+    plot, its poles, its step response and its bias response, on one sheet.
 
     Exit status: 0, 1 if the result cannot be drawn, 2 if nothing was done.
     """

@@ -12,9 +12,9 @@ import pyarrow as pa
 
 from compfilt._core import LinearFilter
 from compfilt.design.recording import squared
-from compfilt.logs.errors import LogError, quoted
+from compfilt.logs.errors import LogError, RowError, quoted
 from compfilt.logs.pipeline import Pipeline
-from compfilt.logs.readers import open_log
+from compfilt.logs.readers import is_text, open_log
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.signals import to_numpy
 from compfilt.logs.units import ANGLE
@@ -57,12 +57,15 @@ class LogRecording:
         count.
     name : str
         What it is called in messages.
+    text : bool
+        Whether it was read from a text, whose users count lines.
     """
 
     recipe: Recipe
     table: pa.Table
     truth: Mapping[str, str]
     name: str = "the log"
+    text: bool = False
 
     @cached_property
     def fs(self) -> float:
@@ -102,6 +105,8 @@ class LogRecording:
         pipeline = Pipeline(replace(self.recipe, filter=filter_, output=output), self.table.schema)
         try:
             return pipeline, pipeline.filter(self.table)
+        except RowError as error:
+            raise LogError(f"{self.name}: {error.in_text() if self.text else error}") from None
         except LogError as error:
             raise LogError(f"{self.name}: {error}") from None
 
@@ -123,7 +128,7 @@ def read_log(path: str | Path, recipe: Recipe, truth: Mapping[str, str]) -> LogR
         _check_values(table, (*recipe.signal_columns, *truth.values()))
     except LogError as error:
         raise LogError(f"{path}: {error}") from None
-    return LogRecording(recipe, table, dict(truth), str(path))
+    return LogRecording(recipe, table, dict(truth), str(path), is_text(path))
 
 
 def _check_values(table: Any, columns: Iterable[str]) -> None:  # noqa: ANN401 - a table of Arrow

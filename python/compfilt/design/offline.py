@@ -66,7 +66,7 @@ def read_offline(path: str | Path, recipe: Recipe) -> LogRecording:
     except (LogError, ValueError) as error:
         raise LogError(f"{path}: {error}") from None
     if isinstance(filter_, Attitude):
-        return UpRecording(recipe, recording.table, {}, str(path), up=up)
+        return UpRecording(recipe, recording.table, {}, recording.name, recording.text, up=up)
     return _with_angles(recording, up, filter_.structure["axes"])
 
 

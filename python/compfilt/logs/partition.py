@@ -17,10 +17,11 @@ import pyarrow as pa
 import compfilt
 from compfilt.logs.affine import AffineMap
 from compfilt.logs.kinds.linear import Linear
-from compfilt.logs.pipeline import Pipeline, start_stream
+from compfilt.logs.pipeline import Pipeline
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.rows import RowReader, open_rows
 from compfilt.logs.seams import Seam, find_seam
+from compfilt.logs.starting import start_stream
 
 __all__ = ["Part", "PartPipeline", "PartitionedLog", "open_in_parts", "why_not_in_parts"]
 

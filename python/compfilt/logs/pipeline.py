@@ -10,7 +10,8 @@ import pyarrow as pa
 
 import compfilt
 from compfilt.logs.clock import Timeline, Timing, time_unit
-from compfilt.logs.errors import RecipeError, RowError
+from compfilt.logs.errors import RowError
+from compfilt.logs.exchange import arrow_reader
 from compfilt.logs.faults import FAULTS, Faults
 from compfilt.logs.judge import Judge
 from compfilt.logs.lengths import MeanLength
@@ -18,8 +19,9 @@ from compfilt.logs.outputs import Channel, choose
 from compfilt.logs.readers.base import check_kinds, check_present
 from compfilt.logs.recipe import Recipe
 from compfilt.logs.signals import from_numpy
+from compfilt.logs.starting import dtype_of, start_stream
 
-__all__ = ["Pipeline", "start_stream"]
+__all__ = ["Pipeline"]
 
 Values = npt.NDArray[np.floating]
 Times = npt.NDArray[np.float64]
@@ -81,7 +83,7 @@ class Pipeline:
         self.rows = 0
         self.counts: dict[str, int] = {}
         self.faults = dict.fromkeys(Faults, 0)
-        self._dtype = _dtype(recipe, schema)
+        self._dtype = dtype_of(recipe, schema)
         self._stream = start_stream(recipe, self._dtype)
         self.timeline = None
         if recipe.clock.column is not None:
@@ -199,7 +201,7 @@ class Pipeline:
         >>> Pipeline(recipe, log.schema).filter(log).column("estimate").to_numpy().round(3)
         array([0.413, 0.838, 1.273])
         """
-        reader = _arrow_reader(table)
+        reader = arrow_reader(table)
         check_present(reader.schema.names, self.recipe.columns.all)
         check_kinds(reader.schema, self.recipe.columns)
         batches = [self.process(batch) for batch in reader]
@@ -311,35 +313,3 @@ class Pipeline:
             length.state = value["lengths"][name]
         if value["stream"] is not None:
             self._stream.state = compfilt.State(*value["stream"])
-
-
-def _arrow_reader(table: Any) -> Any:  # noqa: ANN401 - anything in, a reader of Arrow out
-    """Return what gives the batches of a table of any library."""
-    if hasattr(table, "__arrow_c_stream__"):
-        return pa.RecordBatchReader.from_stream(table)
-    if hasattr(table, "__arrow_c_array__"):
-        batch = pa.record_batch(table)
-        return pa.RecordBatchReader.from_batches(batch.schema, [batch])
-    raise TypeError(
-        f"table must be one of Arrow, or offer itself to it, which {type(table).__name__} does not"
-    )
-
-
-def _dtype(recipe: Recipe, schema: pa.Schema | None) -> type[np.floating]:
-    """float32 if every signal is, otherwise float64."""
-    single = schema is not None and all(
-        schema.field(name).type == pa.float32() for name in recipe.signal_columns
-    )
-    return np.float32 if single else np.float64
-
-
-def start_stream(recipe: Recipe, dtype: type[np.floating], **options: Any) -> Any:  # noqa: ANN401 - any stream
-    """Make the filter and a stream of it; what the core refuses is an error of the recipe."""
-    # Missing samples have been judged before they come here.
-    policy: dict[str, Any] = {"missing": "coast", **options}
-    if recipe.policy.hold is not None:
-        policy["hold"] = recipe.policy.hold
-    try:
-        return recipe.filter.start(recipe.clock.rate, dtype, **policy)
-    except (ValueError, TypeError) as error:
-        raise RecipeError(f"{recipe.source}: [filter] {error}") from None

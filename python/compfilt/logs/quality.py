@@ -45,8 +45,9 @@ def make_report(
     -------
     dict
         ``log``, ``result``, ``made_from`` (version of the program, hash of the recipe, size and hash of the log's beginning),
-        ``complete`` and ``truncated``, ``rows``, ``time``, ``units`` (of the result's columns), ``signals``, ``flags`` (what the filter did), ``faults`` (what was
-        wrong with the rows), ``warnings`` (sentences on what the recipe seems to say wrongly), ``policy``.
+        ``complete`` and ``truncated``, ``rows``, ``time``, ``units`` (of the result's columns), ``signals``, ``flags`` (what the
+        filter did), ``faults`` (what was wrong with the rows), ``warnings`` (sentences on what the recipe seems to say wrongly),
+        ``policy``.
     """
     recipe = pipeline.recipe
     return {

@@ -109,16 +109,17 @@ def judge_bias(survey: Survey, rests: list[Rest], scale: float, *, trusted: bool
     means = scale * np.array([rest.mean[rates] for rest in rests])
     weights = np.array([float(rest.seconds) for rest in rests])
     bias = np.average(means, axis=0, weights=weights)
-    drift = float(np.degrees(np.ptp(means, axis=0).max()))
+    drift = float(np.ptp(means, axis=0).max())
     largest = float(np.abs(bias).max())
     shown = ", ".join(f"{value:.3g}" for value in np.degrees(bias))
-    evidence = f"mean over {len(rests)} rests of {int(weights.sum())} s; it differs by {drift:.2g} deg/s between them"
+    over = f"mean over {len(rests)} rests of {int(weights.sum())} s; it differs by"
+    evidence = f"{over} {np.degrees(drift):.2g} deg/s between them"
     if not trusted and claimed is None:
         yield Finding(
             "gyro bias",
             "unknown",
             f"the gyro reads ({', '.join(f'{value:.3g}' for value in bias)}) at rest, and its unit cannot be told",
-            evidence.replace(" deg/s", " deg/s if it is in rad/s"),
+            f"{over} {drift:.2g} between them",
         )
     elif largest > BIAS_LIMIT:
         if not trusted and claimed is not None:

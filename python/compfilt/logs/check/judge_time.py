@@ -28,7 +28,7 @@ def judge_time(survey: Survey) -> Iterator[Finding]:
             yield Finding(
                 "duplicates",
                 "note",
-                f"{survey.channels.repeated} rows repeat the row before in every signal",
+                f"{_rows(survey.channels.repeated, 'repeats', 'repeat')} the row before in every signal",
                 "with a constant rate it cannot be told whether they stand for lost samples or are too many",
             )
         return
@@ -82,7 +82,10 @@ def _order(survey: Survey, times: Times) -> Iterator[Finding]:
     name = quoted(survey.claims.time or "")
     if times.untimed.count:
         yield Finding(
-            "time", "wrong", f"{times.untimed.count} rows have no time", times.untimed.where(text=survey.text)
+            "time",
+            "wrong",
+            f"{_rows(times.untimed.count, 'has', 'have')} no time",
+            times.untimed.where(text=survey.text),
         )
     if times.back.count:
         unit = survey.time_unit.name if survey.time_unit is not None else ""
@@ -102,14 +105,14 @@ def _order(survey: Survey, times: Times) -> Iterator[Finding]:
         yield Finding(
             "duplicates",
             "wrong",
-            f"{times.repeated.count} rows repeat the row before, time and signals",
+            f"{_rows(times.repeated.count, 'repeats', 'repeat')} the row before, time and signals",
             f"{times.repeated.where(text=survey.text)}; a filter corrects once more at the same moment: leave them out",
         )
     if times.equal.count:
         yield Finding(
             "duplicates",
             "wrong",
-            f"{times.equal.count} rows have the time of the row before but other signals",
+            f"{_rows(times.equal.count, 'has', 'have')} the time of the row before but other signals",
             f"{times.equal.where(text=survey.text)}; the rotation of such a row lasts 0 s and is lost: the stamps are too coarse or come in bursts",
             f"rate = {survey.rows / max(_seconds(survey, times), 1e-9):.6g}  # in place of time, if the sensor's clock is even",
         )
@@ -138,6 +141,11 @@ def _seconds(survey: Survey, times: Times) -> float:
     return float(times.last - times.first) * (
         survey.time_unit.factor if survey.time_unit is not None else 1.0
     )
+
+
+def _rows(count: int, one: str, many: str) -> str:
+    """Say how many rows do something; `one` and `many` are its verb."""
+    return f"{count} row {one}" if count == 1 else f"{count} rows {many}"
 
 
 def _times(count: int) -> str:

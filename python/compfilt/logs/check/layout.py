@@ -13,7 +13,7 @@ from compfilt.logs.check.lines import toml_text
 from compfilt.logs.check.report import Finding
 from compfilt.logs.errors import quoted
 from compfilt.logs.readers import first_lines
-from compfilt.logs.readers.text import usual_separator
+from compfilt.logs.readers.text import MISSING, usual_separator
 
 __all__ = ["Layout", "find_layout"]
 
@@ -52,13 +52,14 @@ def find_layout(path: str | Path) -> Layout:
     LogError
         The log cannot be read.
     """
-    lines = first_lines(path, SEEN)
-    if lines is None or len(lines) < 2:
+    numbered = first_lines(path, SEEN)
+    if numbered is None or len(numbered) < 2:
         return Layout()
+    numbers, lines = list(numbered), list(numbered.values())
     usual = usual_separator(Path(path))
     separator = _separator(lines, usual)
     rows = [_fields(line, separator) for line in lines]
-    blocking = _in_the_way(str(path), rows, separator)
+    blocking = _in_the_way(str(path), numbers, rows, separator)
     if separator == usual:
         return Layout(None, blocking)
     told = Finding(
@@ -89,31 +90,33 @@ def _fields(line: str, separator: str) -> list[str]:
         return [line]
 
 
-def _in_the_way(path: str, rows: list[list[str]], separator: str) -> tuple[Finding, ...]:
-    """Find what must be changed in the log itself, if anything."""
+def _in_the_way(path: str, numbers: list[int], rows: list[list[str]], separator: str) -> tuple[Finding, ...]:
+    """Find what must be changed in the log itself, if anything; `numbers` are those of the lines, some of which are empty."""
     before = _lines_before_names(rows, separator)
     if before:
         what = "the names of the columns are not in the first line"
-        evidence = (
-            f"line 1 is {quoted(separator.join(rows[0]))}, and the names seem to be in line {before + 1}"
-        )
-        found = Finding("header", "wrong", what, evidence, f"tail -n +{before + 1} LOG > NEW")
+        place = numbers[before]
+        evidence = f"line {numbers[0]} is {quoted(separator.join(rows[0]))}, and the names seem to be in line {place}"
+        found = Finding("header", "wrong", what, evidence, f"tail -n +{place} LOG > NEW")
     elif _all_numbers(rows[0], separator):
         names = "t,gx,gy,gz,ax,ay,az".replace(",", separator)
         what = "the first row is numbers: is the header missing?"
         evidence = f"the first column would be called {quoted(rows[0][0])}; put the names of your columns before it, in their order"
         found = Finding("header", "wrong", what, evidence, f"(echo '{names}'; cat LOG) > NEW")
-    elif len(rows) > 2 and not _any_number(rows[1], separator) and _all_numbers(rows[2], separator):
-        what = "line 2 holds no number: is it a second line of the header?"
-        evidence = f"it begins with {quoted(rows[1][0])}, and line 3 holds numbers"
-        found = Finding("header", "wrong", what, evidence, "sed 2d LOG > NEW")
+    elif len(rows) > 2 and _only_words(rows[1], separator) and _all_numbers(rows[2], separator):
+        what = f"line {numbers[1]} holds no number: is it a second line of the header?"
+        evidence = f"it begins with {quoted(rows[1][0])}, and line {numbers[2]} holds numbers"
+        found = Finding("header", "wrong", what, evidence, f"sed {numbers[1]}d LOG > NEW")
     elif comma := _decimal_comma(rows[1:]):
         what = "the numbers have decimal commas, and only points are read"
-        found = Finding("decimal commas", "wrong", what, f"a field is {quoted(comma)}", "tr , . < LOG > NEW")
+        # Between commas the fields are in quotes, and no simple command tells the ones from the others.
+        fix = "tr , . < LOG > NEW" if separator != "," else ""
+        found = Finding("decimal commas", "wrong", what, f"a field is {quoted(comma)}", fix)
     else:
         return ()
-    packed = path.endswith((".gz", ".zst"))
-    fix = "" if packed else found.fix.replace("LOG", shlex.quote(path)) + "  # makes a copy, in a shell"
+    if not found.fix or path.endswith((".gz", ".zst")):
+        return (replace(found, fix=""),)
+    fix = found.fix.replace("LOG", shlex.quote(path)) + "  # makes a copy, in a shell"
     return (replace(found, fix=fix),)
 
 
@@ -135,6 +138,11 @@ def _decimal_comma(rows: list[list[str]]) -> str:
 def _all_numbers(row: list[str], separator: str) -> bool:
     filled = [field for field in row if field.strip()]
     return bool(filled) and all(_is_number(field, separator) for field in filled)
+
+
+def _only_words(row: list[str], separator: str) -> bool:
+    """Tell whether a row has words and no number; a sample of which all is missing has neither."""
+    return not _any_number(row, separator) and any(field.strip() not in MISSING for field in row)
 
 
 def _any_number(row: list[str], separator: str) -> bool:

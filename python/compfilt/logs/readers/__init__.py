@@ -116,8 +116,8 @@ def read_schema(path: str | Path, separator: str | None = None) -> pa.Schema:
     return schema
 
 
-def first_lines(path: str | Path, count: int) -> list[str] | None:
-    """Read the first lines of a text that hold anything; None if the log is no text.
+def first_lines(path: str | Path, count: int) -> dict[int, str] | None:
+    """Read the first lines of a text that hold anything, by their numbers from 1 on; None if the log is no text.
 
     Raises
     ------

@@ -3,6 +3,7 @@
 import contextlib
 import csv
 import io
+import itertools
 import json
 import re
 from collections.abc import Iterator, Sequence
@@ -17,7 +18,13 @@ from compfilt.logs.errors import LogError, TruncatedLog, quoted
 from compfilt.logs.readers.base import Columns, LogReader, Reading, check_present, is_time, reason
 from compfilt.logs.readers.rows import RowSource
 
-__all__ = ["first_lines", "open_reader", "read_columns", "usual_separator"]
+__all__ = ["MISSING", "first_lines", "open_reader", "read_columns", "usual_separator"]
+
+MISSING = frozenset(pa.csv.ConvertOptions().null_values or ())
+"""What may stand in the place of a number that is missing."""
+
+BEGIN = 1 << 20
+"""Bytes of a file that are looked at for what its columns are: lines may be long."""
 
 LARGE_TICKS = 2**48
 """Times beyond it are whole µs or ns of an epoch, of which no log has fractions: they are counted exactly."""
@@ -26,7 +33,7 @@ LARGE_TICKS = 2**48
 def read_columns(path: Path, separator: str | None = None) -> pa.Schema:
     """Read which columns a file has, and what they hold at its beginning."""
     separator = usual_separator(path) if separator is None else separator
-    begin = _begin(path, 1 << 20)
+    begin = _begin(path, BEGIN)
     schema: pa.Schema = _sample(begin, separator, _header(begin, separator)).schema
     return schema
 
@@ -61,10 +68,11 @@ def open_reader(path: Path, columns: Columns, batch_bytes: int, _batch_rows: int
         yield Reading(schema, source.size, batches, source.position)
 
 
-def first_lines(path: Path, count: int) -> list[str]:
-    """Read the first lines that hold anything, whatever is in them."""
-    text = _begin(path, 1 << 16).decode("utf-8-sig", "replace")
-    return [line for line in re.split(r"\r\n|\r|\n", text) if line.strip()][:count]
+def first_lines(path: Path, count: int) -> dict[int, str]:
+    """Read the first lines that hold anything, whatever is in them, by their numbers from 1 on."""
+    text = _begin(path, BEGIN).decode("utf-8-sig", "replace")
+    lines = enumerate(re.split(r"\r\n|\r|\n", text), 1)
+    return dict(itertools.islice(((number, line) for number, line in lines if line.strip()), count))
 
 
 def _check_separated(header: list[str], columns: Columns) -> None:
