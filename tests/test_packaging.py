@@ -5,7 +5,6 @@ import re
 import shutil
 import subprocess
 import sys
-import tarfile
 from pathlib import Path
 
 import pytest
@@ -84,8 +83,8 @@ def test_the_source_distribution_builds_the_c_library(tmp_path):
         pytest.skip("needs maturin and cargo")
     command(maturin, "sdist", "--out", str(tmp_path), cwd=ROOT)
     (archive,) = tmp_path.glob("*.tar.gz")
-    with tarfile.open(archive) as packed:
-        packed.extractall(tmp_path, filter="data")
+    # Python 3.10's tarfile does not know the safe filter in all its releases, and later ones ask for it.
+    command("tar", "-xzf", str(archive), cwd=tmp_path)
     folder = tmp_path / archive.name.removesuffix(".tar.gz")
     header = "python/compfilt/include/compfilt.h"
     assert (folder / header).read_bytes() == (ROOT / header).read_bytes()
