@@ -14,7 +14,7 @@ __all__ = ["report_as_table"]
 LABEL, CELL = 42, 26
 SHOWN = 8
 """Lines of a spectrum that are printed: the strongest."""
-FALSE_LINES = "noise alone shows a line in about 1 of 100 channels, so in 1 of 14 logs: believe a weak one if it comes again"
+FALSE_LINES = "noise alone shows a line in about 1 of 100 channels, so in 1 of 13 logs: believe a weak one if it comes again"
 """Measured; see `find_lines`, whose probability is one of each channel."""
 
 
