@@ -1,6 +1,7 @@
 """The documentation site. The source folder is the project's root, so that a link works here as it does on GitHub."""
 
 import sys
+from importlib.metadata import distribution
 from pathlib import Path
 
 import compfilt
@@ -44,6 +45,12 @@ autodoc_typehints = "none"  # the docstrings have them in words, with shapes
 nitpicky = True
 # Types of the standard library and NumPy, and modules of our own that have no page.
 nitpick_ignore_regex = [("py:class", r"(?!compfilt\.).*"), ("py:mod", r"compfilt\..*")]
+
+# One file with its fonts, copied into the site: equations need no net. The package is a copy of MathJax, and needs no Django.
+html_static_path = [
+    str(distribution("django-static-mathjax").locate_file("mathjax/static/mathjax/es5/tex-svg.js"))
+]
+mathjax_path = "tex-svg.js"
 
 html_theme = "furo"
 html_title = f"compfilt {release}"
