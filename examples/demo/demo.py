@@ -7,6 +7,7 @@ Filters the bundled log as ``compfilt run`` does, prints how far each answer is 
 The results go to ``examples/demo/out/``.
 """
 
+from os.path import relpath
 from pathlib import Path
 from typing import NamedTuple
 
@@ -59,7 +60,7 @@ def filtered(name: str) -> Array:
     """Filter the log with one of the recipes beside this file; return roll in deg."""
     out = OUT / f"child_seat.{name}.parquet"
     summary = run_log(load_recipe(HERE / f"{name}.toml"), LOG, out)
-    print(f"{name}.toml: {summary} -> {out.relative_to(HERE)}")
+    print(f"{name}.toml: {summary} -> {relpath(out)}")
     return column(parquet.read_table(out), "roll")
 
 
@@ -125,7 +126,7 @@ def draw(t: Array, truth: Array, curves: list[Curve], start: float, path: Path) 
     axes[1, 0].text(start + 1.0, -11.3, "driving")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5, frameon=False)
     figure.savefig(path, dpi=130)
-    print(f"\nplot: {path.relative_to(HERE)}")
+    print(f"\nplot: {relpath(path)}")
 
 
 if __name__ == "__main__":
