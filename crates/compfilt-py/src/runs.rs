@@ -1,8 +1,9 @@
 //! Eight runs of one channel side by side: the filter's own steps from a start at zero, then what each run's start adds.
 
 use crate::arrays::Scalar;
-use crate::lanes::{Row, are_finite, transposed};
+use crate::lanes::{Row, are_finite};
 use crate::simd::{Level, Simd, WIDTH, Wide, dispatch};
+use crate::square::{lay, turned};
 use compfilt_core::Recurrence;
 use compfilt_core::linear::{Runs, State};
 
@@ -11,6 +12,9 @@ pub(crate) const RUN: usize = WIDTH;
 
 /// Tiles of a block. No tile waits for another until all have ended.
 pub(crate) const TILES: usize = 4;
+
+/// Samples of a block.
+pub(crate) const BLOCK: usize = TILES * WIDTH * RUN;
 
 /// The runs of a tile.
 pub(crate) type TileRuns<T, const N: usize> = Runs<T, N, RUN, WIDTH>;
@@ -21,22 +25,16 @@ type Tile<T> = [[T; RUN]; WIDTH];
 /// One signal of a block.
 pub(crate) type Signal<T> = [Tile<T>; TILES];
 
-/// A number of each run, sample by sample.
-type Rows<T> = [Row<T>; RUN];
-
-/// A block from a start at zero.
+/// Where the runs of a block end from a start of their tile at zero: all that is kept of a block between its two passes, and
+/// the samples themselves, which lie where the results go.
 #[derive(Clone)]
 pub(crate) struct FromZero<T, const N: usize> {
-    /// The levels of every sample, each run from its own start at zero.
-    levels: [[Rows<T>; TILES]; N],
-    /// The state after each run, from a start of the tile at zero.
     ends: [[Row<T>; N]; TILES],
 }
 
 impl<T: Scalar, const N: usize> FromZero<T, N> {
     pub(crate) fn new() -> Self {
-        let row = Row([T::zero(); WIDTH]);
-        Self { levels: [[[row; RUN]; TILES]; N], ends: [[row; N]; TILES] }
+        Self { ends: [[Row([T::zero(); WIDTH]); N]; TILES] }
     }
 
     /// The state before each tile; `levels` goes from the start of the block to its end.
@@ -50,18 +48,20 @@ impl<T: Scalar, const N: usize> FromZero<T, N> {
         starts
     }
 
-    /// Steps through a block. Level 0 is kept, the others if `all` are wanted.
+    /// Steps through a block, each run from its own start at zero, to level 0 in `out` and to the others in `levels` if they are
+    /// wanted.
     pub(crate) fn filter<G: Recurrence<T, N>>(
         &mut self,
         level: Level,
         filter: (&G, &TileRuns<T, N>),
         signals: (&Signal<T>, &Signal<T>),
-        all: bool,
+        out: &mut Signal<T>,
+        levels: Option<&mut [Signal<T>; N]>,
     ) {
-        dispatch!(level, simd => from_zero(simd, filter, signals, self, all));
+        dispatch!(level, simd => from_zero(simd, filter, signals, self, out, levels));
     }
 
-    /// A level of a block whose tiles start at `starts`. False if it overflows.
+    /// Adds what the starts of the tiles give to a level of a block. False if it overflows.
     pub(crate) fn finish(
         &self,
         level: Level,
@@ -72,22 +72,6 @@ impl<T: Scalar, const N: usize> FromZero<T, N> {
     ) -> bool {
         dispatch!(level, simd => finish(simd, self, runs, starts, number, out))
     }
-
-    /// Both at once for level 0: the processor begins with the second while the first ends.
-    pub(crate) fn filter_and_finish<G: Recurrence<T, N>>(
-        &mut self,
-        level: Level,
-        filter: (&G, &TileRuns<T, N>),
-        signals: (&Signal<T>, &Signal<T>),
-        (levels, all): (&mut [T; N], bool),
-        out: &mut Signal<T>,
-    ) -> bool {
-        dispatch!(level, simd => {
-            from_zero(simd, filter, signals, self, all);
-            let starts = self.starts(filter.1, levels);
-            finish(simd, self, filter.1, &starts, 0, out)
-        })
-    }
 }
 
 #[inline(always)]
@@ -97,20 +81,28 @@ fn from_zero<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
     (gains, runs): (&G, &TileRuns<T, N>),
     (measurement, derivative): (&Signal<T>, &Signal<T>),
     to: &mut FromZero<T, N>,
-    all: bool,
+    out: &mut Signal<T>,
+    mut levels: Option<&mut [Signal<T>; N]>,
 ) {
+    let zero = T::Wide::<S>::from_array([T::zero(); WIDTH]);
     for tile in 0..TILES {
-        let y = turned(simd, &measurement[tile]);
-        let u = turned(simd, &derivative[tile]);
-        let zero = T::Wide::<S>::from_array([T::zero(); WIDTH]);
+        let y = turned::<S, T>(measurement[tile].each_ref());
+        let u = turned::<S, T>(derivative[tile].each_ref());
         let mut state = State { levels: [zero; N] };
+        let mut samples = [[zero; RUN]; N];
         for row in 0..RUN {
             gains.step(&mut state, y[row], u[row]);
-            to.levels[0][tile][row] = Row(state.levels[0].to_array());
-            if all {
+            samples[0][row] = state.levels[0];
+            if levels.is_some() {
                 for level in 1..N {
-                    to.levels[level][tile][row] = Row(state.levels[level].to_array());
+                    samples[level][row] = state.levels[level];
                 }
+            }
+        }
+        lay::<S, T>(samples[0], out[tile].each_mut());
+        if let Some(levels) = &mut levels {
+            for level in 1..N {
+                lay::<S, T>(samples[level], levels[level][tile].each_mut());
             }
         }
         for level in 0..N {
@@ -120,16 +112,6 @@ fn from_zero<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
     for ends in &mut to.ends {
         chain(simd, runs, ends);
     }
-}
-
-/// A tile with its runs side by side.
-#[inline(always)]
-fn turned<S: Simd, T: Scalar>(_: S, tile: &Tile<T>) -> [T::Wide<S>; RUN] {
-    let mut square = [T::Wide::<S>::from_array([T::zero(); WIDTH]); RUN];
-    for (wide, run) in square.iter_mut().zip(tile) {
-        *wide = T::Wide::<S>::from_array(*run);
-    }
-    transposed::<S, T>(square)
 }
 
 #[inline(always)]
@@ -142,14 +124,24 @@ fn finish<S: Simd, T: Scalar, const N: usize>(
     number: usize,
     out: &mut Signal<T>,
 ) -> bool {
-    let weights = &runs.from_start()[number];
-    let mut sums = [Row([T::zero(); WIDTH]); TILES];
+    let mut sum = T::Wide::<S>::from_array([T::zero(); WIDTH]);
+    let mut weights = [sum; N];
+    for column in 0..N {
+        weights[column] =
+            T::Wide::<S>::from_array(runs.from_start()[number].map(|row| row[column]));
+    }
     for tile in 0..TILES {
         let starts = run_starts(simd, runs, &starts[tile], &block.ends[tile]);
-        sums[tile] =
-            finish_tile(simd, weights, &starts, &block.levels[number][tile], &mut out[tile]);
+        for (run, samples) in out[tile].iter_mut().enumerate() {
+            let mut x = T::Wide::<S>::from_array(*samples);
+            for column in 0..N {
+                x += weights[column] * starts[column].0[run];
+            }
+            sum += x;
+            *samples = x.to_array();
+        }
     }
-    sums.iter().all(|sums| are_finite(&sums.0))
+    are_finite(&sum.to_array())
 }
 
 /// Each run takes what the runs before it have left: those one, two, then four before.
@@ -198,43 +190,16 @@ fn run_starts<S: Simd, T: Scalar, const N: usize>(
     runs: &TileRuns<T, N>,
     start: &[T; N],
     ends: &[Row<T>; N],
-) -> [T::Wide<S>; N] {
-    let mut starts = [T::Wide::<S>::from_array([T::zero(); WIDTH]); N];
+) -> [Row<T>; N] {
+    let mut starts = [Row([T::zero(); WIDTH]); N];
     for row in 0..N {
         let mut x = after_zeros::<S, T, 7>(T::Wide::<S>::from_array(ends[row].0));
         for column in 0..N {
             x += T::Wide::<S>::from_array(runs.powers()[row][column]) * start[column];
         }
-        starts[row] = x;
+        starts[row] = Row(x.to_array());
     }
     starts
-}
-
-/// Adds what the starts of the runs give to every sample, and lays the runs one after the other. Returns sums that are
-/// finite only if all samples are.
-#[inline(always)]
-#[allow(clippy::needless_range_loop)] // Several arrays go along with one index.
-fn finish_tile<S: Simd, T: Scalar, const N: usize>(
-    _: S,
-    weights: &[[T; N]; RUN],
-    starts: &[T::Wide<S>; N],
-    rows: &Rows<T>,
-    out: &mut Tile<T>,
-) -> Row<T> {
-    let mut sum = T::Wide::<S>::from_array([T::zero(); WIDTH]);
-    let mut square = [sum; RUN];
-    for row in 0..RUN {
-        let mut x = T::Wide::<S>::from_array(rows[row].0);
-        for column in 0..N {
-            x += starts[column] * weights[row][column];
-        }
-        sum += x;
-        square[row] = x;
-    }
-    for (run, x) in out.iter_mut().zip(transposed::<S, T>(square)) {
-        *run = x.to_array();
-    }
-    Row(sum.to_array())
 }
 
 /// Zeros from `SHIFT` on, then the first numbers of `x`.

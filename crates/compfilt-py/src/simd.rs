@@ -200,6 +200,10 @@ pub(crate) trait Wide<T>: Element<T> + Mul<Output = Self> {
     fn zip_low(self, other: Self) -> Self;
     /// The second halves.
     fn zip_high(self, other: Self) -> Self;
+    /// The numbers at even places of `self`, then of `other`.
+    fn unzip_low(self, other: Self) -> Self;
+    /// Those at odd places.
+    fn unzip_high(self, other: Self) -> Self;
     /// The numbers from `SHIFT` on, then the first of `next`.
     fn slide<const SHIFT: usize>(self, next: Self) -> Self;
 }
@@ -234,6 +238,16 @@ macro_rules! lanes {
             #[inline(always)]
             fn zip_high(self, other: Self) -> Self {
                 Self(self.0.zip_high(other.0))
+            }
+
+            #[inline(always)]
+            fn unzip_low(self, other: Self) -> Self {
+                Self(self.0.unzip_low(other.0))
+            }
+
+            #[inline(always)]
+            fn unzip_high(self, other: Self) -> Self {
+                Self(self.0.unzip_high(other.0))
             }
 
             #[inline(always)]
