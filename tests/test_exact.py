@@ -18,8 +18,10 @@ from designs import (
 )
 
 FS = 100.0
-# What the binding works in: runs of 16 samples, tiles of 8 runs, blocks of 2 tiles, chunks of 32 blocks.
-RUN, BLOCK, CHUNK = 16, 256, 8192
+# What the binding works in: runs of 8 samples, tiles of 8 runs, blocks of 4 tiles, chunks of 32 blocks; one of several workers
+# takes 8 chunks at once.
+RUN, BLOCK, CHUNK = 8, 256, 8192
+SHARE = 8 * CHUNK
 LENGTHS = (0, 1, RUN - 1, RUN, BLOCK - 1, BLOCK, BLOCK + 1, 4 * BLOCK - 1, 4 * BLOCK, 4 * BLOCK + 1)
 LONG = (CHUNK - 1, CHUNK, CHUNK + 1, CHUNK + RUN, CHUNK + RUN + 1, 3 * CHUNK + BLOCK + 37)
 BOUND = {np.dtype(np.float64): 1e-13, np.dtype(np.float32): 2e-5}
@@ -117,9 +119,10 @@ def test_any_length(rows, case):
 @few_cases
 @pytest.mark.parametrize("workers", [2, 3])
 def test_workers_do_not_change_a_bit(case, workers):
-    y, u = signals(9 * CHUNK + 77)
+    y, u = signals(3 * SHARE + 3 * CHUNK + 77)
     y[3 * CHUNK + 5] = np.nan
-    u[6 * CHUNK : 6 * CHUNK + 9000] = np.nan
+    u[SHARE - 100 : SHARE + 9000] = np.nan
+    y[3 * SHARE - 1] = np.inf
     keywords = {"fs": FS, "rule": case.rule, "exact": False}
     alone = case.design.estimate(y, u, **keywords)
     shared = case.design.estimate(y, u, **keywords, workers=workers)
@@ -143,19 +146,23 @@ def test_missing_samples_anywhere(case, data):
 
 @few_cases
 @pytest.mark.parametrize("stride", [2, -1, -3])
-def test_strides(case, stride):
-    y, u = signals(abs(stride) * (CHUNK + 999))
+@pytest.mark.parametrize(("workers", "rows"), [(1, CHUNK + 999), (2, 2 * SHARE + 999)])
+def test_strides(case, stride, workers, rows):
+    y, u = signals(abs(stride) * rows)
     out = np.zeros_like(y)
     keywords = {"fs": FS, "rule": case.rule, "exact": False}
     expected = case.design.filter(y[::stride].copy(), u[::stride].copy(), **keywords)
-    got = case.design.filter(y[::stride], u[::stride], out=out[::stride], **keywords)
+    got = case.design.filter(y[::stride], u[::stride], out=out[::stride], workers=workers, **keywords)
     assert_same_bits(got, expected)
+    kept = np.ones(out.size, dtype=bool)
+    kept[::stride] = False
+    assert not out[kept].any()
 
 
 @few_cases
 @pytest.mark.parametrize("channels", [1, 2, 3])
 def test_a_few_channels_are_single_ones(case, channels):
-    y, u = (np.stack([signals(CHUNK + 300, seed=s + k)[k] for s in range(channels)], axis=1) for k in (0, 1))
+    y, u = (np.stack([signals(SHARE + 300, seed=s + k)[k] for s in range(channels)], axis=1) for k in (0, 1))
     keywords = {"fs": FS, "rule": case.rule, "exact": False}
     together = case.design.filter(y, u, workers=2, **keywords)
     for channel in range(channels):

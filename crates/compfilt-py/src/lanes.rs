@@ -2,7 +2,6 @@
 
 use crate::arrays::Scalar;
 use crate::simd::{Level, Simd, WIDTH, Wide, dispatch};
-use crate::square::{lay, turned};
 use compfilt_core::nalgebra::ComplexField;
 use compfilt_core::{Recurrence, State};
 
@@ -114,27 +113,67 @@ pub(crate) fn to_columns<T: Scalar>(
     dispatch!(level, simd => turn_out(simd, rows, columns));
 }
 
+/// Both halves of each sequence are read before the next one: memory comes in order.
 #[inline(always)]
+#[allow(clippy::needless_range_loop)] // Several arrays go along with one index.
 fn turn_in<S: Simd, T: Scalar>(_: S, columns: [&[T; TILE]; WIDTH], rows: &mut Rows<T>) {
-    let halves = columns.map(|column| column.as_chunks().0);
-    for (half, rows) in rows.as_chunks_mut::<WIDTH>().0.iter_mut().enumerate() {
-        let samples = turned::<S, T>(halves.map(|halves| &halves[half]));
-        for (row, x) in rows.iter_mut().zip(samples) {
-            row.0 = x.to_array();
+    let mut halves = [[T::Wide::<S>::from_array([T::zero(); WIDTH]); WIDTH]; 2];
+    for column in 0..WIDTH {
+        for half in 0..2 {
+            halves[half][column] = eight::<S, T>(columns[column], half * WIDTH);
+        }
+    }
+    for half in 0..2 {
+        let square = transposed::<S, T>(halves[half]);
+        for (wide, row) in square.iter().zip(&mut rows[half * WIDTH..]) {
+            row.0 = wide.to_array();
         }
     }
 }
 
 #[inline(always)]
 fn turn_out<S: Simd, T: Scalar>(_: S, rows: &Rows<T>, columns: [&mut [T; TILE]; WIDTH]) {
-    let mut halves = columns.map(|column| column.as_chunks_mut().0);
-    for (half, rows) in rows.as_chunks::<WIDTH>().0.iter().enumerate() {
-        let mut samples = [T::Wide::<S>::from_array([T::zero(); WIDTH]); WIDTH];
-        for (x, row) in samples.iter_mut().zip(rows) {
-            *x = T::Wide::<S>::from_array(row.0);
+    let mut halves = [[T::Wide::<S>::from_array([T::zero(); WIDTH]); WIDTH]; 2];
+    for half in 0..2 {
+        let mut square = halves[half];
+        for (wide, row) in square.iter_mut().zip(&rows[half * WIDTH..]) {
+            *wide = T::Wide::<S>::from_array(row.0);
         }
-        lay::<S, T>(samples, halves.each_mut().map(|halves| &mut halves[half]));
+        halves[half] = transposed::<S, T>(square);
     }
+    for (column, to) in columns.into_iter().enumerate() {
+        for half in 0..2 {
+            to[half * WIDTH..][..WIDTH].copy_from_slice(&halves[half][column].to_array());
+        }
+    }
+}
+
+/// Eight numbers of a sequence from `start` on.
+#[inline(always)]
+fn eight<S: Simd, T: Scalar>(sequence: &[T; TILE], start: usize) -> T::Wide<S> {
+    let mut values = [T::zero(); WIDTH];
+    values.copy_from_slice(&sequence[start..start + WIDTH]);
+    T::Wide::<S>::from_array(values)
+}
+
+/// Eight rows of eight, turned: three times the perfect shuffle of rows that are four apart.
+#[inline(always)]
+pub(crate) fn transposed<S: Simd, T: Scalar>(square: [T::Wide<S>; WIDTH]) -> [T::Wide<S>; WIDTH] {
+    shuffled::<S, T>(shuffled::<S, T>(shuffled::<S, T>(square)))
+}
+
+#[inline(always)]
+fn shuffled<S: Simd, T: Scalar>(x: [T::Wide<S>; WIDTH]) -> [T::Wide<S>; WIDTH] {
+    [
+        x[0].zip_low(x[4]),
+        x[0].zip_high(x[4]),
+        x[1].zip_low(x[5]),
+        x[1].zip_high(x[5]),
+        x[2].zip_low(x[6]),
+        x[2].zip_high(x[6]),
+        x[3].zip_low(x[7]),
+        x[3].zip_high(x[7]),
+    ]
 }
 
 /// Columns of zeros.

@@ -1,10 +1,9 @@
 //! Eight channels from memory to memory, where level 0 alone is wanted: what lies between a tile and its channels is copies.
 
 use crate::arrays::Scalar;
-use crate::lanes::{Row, keep, states};
+use crate::lanes::{Row, keep, states, transposed};
 use crate::prefetch::{LINE, ask_for};
 use crate::simd::{Level, Simd, WIDTH, Wide, dispatch};
-use crate::square::{lay, turned};
 use compfilt_core::Recurrence;
 use numpy::ndarray::{ArrayView2, ArrayViewMut2};
 
@@ -85,25 +84,39 @@ fn columns<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
     out: &mut [&mut [T]; WIDTH],
     rows: usize,
 ) {
-    let measurement = measurement.map(|column| column[..rows].as_chunks::<WIDTH>().0);
-    let derivative = derivative.map(|column| column[..rows].as_chunks::<WIDTH>().0);
-    let mut out = out.each_mut().map(|column| column[..rows].as_chunks_mut::<WIDTH>().0);
+    let measurement = measurement.map(|column| &column[..rows]);
+    let derivative = derivative.map(|column| &column[..rows]);
+    let mut out = out.each_mut().map(|column| &mut column[..rows]);
     let mut state = states::<S, T, N>(lanes);
     let stride = usize::from(gains.len() > 1);
-    for number in 0..rows / WIDTH {
-        let later = number + LINES_AHEAD * LINE / size_of::<[T; WIDTH]>();
+    for start in (0..rows).step_by(WIDTH) {
+        let later = start + LINES_AHEAD * LINE / size_of::<T>();
         for column in 0..WIDTH {
             ask_for(measurement[column], later);
             ask_for(derivative[column], later);
             ask_for(out[column], later);
         }
-        let y = turned::<S, T>(measurement.map(|column| &column[number]));
-        let u = turned::<S, T>(derivative.map(|column| &column[number]));
+        let y = square::<S, T>(&measurement, start);
+        let u = square::<S, T>(&derivative, start);
         let mut x = y;
         for row in 0..WIDTH {
-            x[row] = gains[(number * WIDTH + row) * stride].step(&mut state, y[row], u[row]);
+            x[row] = gains[(start + row) * stride].step(&mut state, y[row], u[row]);
         }
-        lay::<S, T>(x, out.each_mut().map(|column| &mut column[number]));
+        for (column, x) in out.iter_mut().zip(transposed::<S, T>(x)) {
+            column[start..start + WIDTH].copy_from_slice(&x.to_array());
+        }
     }
     keep::<S, T, N>(&state, lanes);
+}
+
+/// Eight rows of eight channels.
+#[inline(always)]
+fn square<S: Simd, T: Scalar>(columns: &[&[T]; WIDTH], start: usize) -> [T::Wide<S>; WIDTH] {
+    let mut square = [T::Wide::<S>::from_array([T::zero(); WIDTH]); WIDTH];
+    for (wide, column) in square.iter_mut().zip(columns) {
+        let mut values = [T::zero(); WIDTH];
+        values.copy_from_slice(&column[start..start + WIDTH]);
+        *wide = T::Wide::<S>::from_array(values);
+    }
+    transposed::<S, T>(square)
 }

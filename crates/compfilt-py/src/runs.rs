@@ -20,7 +20,7 @@ pub(crate) const BLOCK: usize = TILES * WIDTH * RUN;
 pub(crate) type TileRuns<T, const N: usize> = Runs<T, N, RUN, WIDTH>;
 
 /// The runs of a tile as they lie one after the other.
-type Tile<T> = [[T; RUN]; WIDTH];
+pub(crate) type Tile<T> = [[T; RUN]; WIDTH];
 
 /// One signal of a block.
 pub(crate) type Signal<T> = [Tile<T>; TILES];
@@ -86,8 +86,8 @@ fn from_zero<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
 ) {
     let zero = T::Wide::<S>::from_array([T::zero(); WIDTH]);
     for tile in 0..TILES {
-        let y = turned::<S, T>(measurement[tile].each_ref());
-        let u = turned::<S, T>(derivative[tile].each_ref());
+        let y = turned(simd, &measurement[tile]);
+        let u = turned(simd, &derivative[tile]);
         let mut state = State { levels: [zero; N] };
         let mut samples = [[zero; RUN]; N];
         for row in 0..RUN {
@@ -99,10 +99,10 @@ fn from_zero<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
                 }
             }
         }
-        lay::<S, T>(samples[0], out[tile].each_mut());
+        lay(simd, samples[0], &mut out[tile]);
         if let Some(levels) = &mut levels {
             for level in 1..N {
-                lay::<S, T>(samples[level], levels[level][tile].each_mut());
+                lay(simd, samples[level], &mut levels[level][tile]);
             }
         }
         for level in 0..N {
