@@ -8,7 +8,7 @@
 
 use crate::arrays::Scalar;
 use crate::batch::{Block, Channel, Filter, LEAD, Steps, run};
-use crate::chunk_arrays::{Outputs, Signals, ask_for_signals};
+use crate::chunk_arrays::{Later, Outputs, Signals};
 use crate::lanes::are_finite;
 use crate::relay::Relay;
 use crate::runs::{BLOCK, FromZero, RUN, Signal, TILES, TileRuns};
@@ -180,14 +180,14 @@ where
         }
         relay.give(number + 1, channel);
         for (mut chunk, blocks, mut begin) in started {
+            let rows = chunk.measurement.nrows();
             let mut levels = begin.state.levels.levels;
+            let (later, mut outputs) = (Later::of(&chunk), Outputs::of(&mut chunk));
             let mut is_finite = true;
-            for (number, block) in blocks.iter().enumerate().take(chunk.measurement.nrows() / BLOCK)
-            {
+            for (number, block) in blocks.iter().enumerate().take(rows / BLOCK) {
                 // Most likely the next chunks of this worker.
-                ask_for_signals(&chunk, workers * CHUNKS * CHUNK + number * BLOCK);
-                let outputs = &mut Outputs::of(&mut chunk);
-                is_finite &= self.finish(&mut levels, block, (outputs, number));
+                later.ask_for(workers * CHUNKS * CHUNK + number * BLOCK);
+                is_finite &= self.finish(&mut levels, block, (&mut outputs, number));
             }
             if !is_finite {
                 (self.exactly)(&mut begin, chunk);

@@ -5,7 +5,7 @@ use crate::batch::Block;
 use crate::prefetch::ask_for_all;
 use crate::runs::{BLOCK, RUN, Signal, TILES};
 use crate::simd::WIDTH;
-use numpy::ndarray::{ArrayView2, ArrayViewMut1, Axis, Slice};
+use numpy::ndarray::{ArrayView2, ArrayViewMut1, ArrayViewMut2, Axis, Slice};
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -30,50 +30,86 @@ fn piece<'a, T>(view: ArrayView2<'a, T>) -> Option<&'a [T]> {
     view.index_axis_move(Axis(1), 0).to_slice()
 }
 
-/// Asks for the memory of a block of both signals that begins at `start` and may lie behind the chunk.
-pub(crate) fn ask_for_signals<T>(chunk: &Block<'_, T>, start: usize) {
-    for signal in [chunk.measurement, chunk.derivative].into_iter().filter_map(piece) {
-        ask_for_all(signal, start, BLOCK);
+/// What lies behind the signals of a chunk.
+pub(crate) struct Later<'a, T>([Option<&'a [T]>; 2]);
+
+impl<'a, T> Later<'a, T> {
+    pub(crate) fn of(chunk: &Block<'a, T>) -> Self {
+        Self([chunk.measurement, chunk.derivative].map(piece))
+    }
+
+    /// Asks for the memory of a block that begins `samples` behind the start of the chunk.
+    pub(crate) fn ask_for(&self, samples: usize) {
+        for signal in self.0.iter().flatten() {
+            ask_for_all(signal, samples, BLOCK);
+        }
+    }
+}
+
+/// Where a level of a chunk goes.
+enum Output<'a, T> {
+    Piece(&'a mut [Signal<T>]),
+    Strided(ArrayViewMut1<'a, T>),
+}
+
+impl<'a, T: Scalar> Output<'a, T> {
+    fn of(level: ArrayViewMut2<'a, T>) -> Self {
+        let mut level = level.index_axis_move(Axis(1), 0);
+        if level.as_slice_mut().is_none() {
+            return Self::Strided(level);
+        }
+        let samples = level.into_slice().unwrap_or_default();
+        Self::Piece(samples.as_chunks_mut().0.as_chunks_mut().0.as_chunks_mut().0)
     }
 }
 
 /// Where the levels of a chunk go, as far as they are wanted.
-pub(crate) struct Outputs<'a, T, const N: usize>([Option<ArrayViewMut1<'a, T>>; N]);
+pub(crate) struct Outputs<'a, T, const N: usize>([Option<Output<'a, T>>; N]);
 
 impl<'a, T: Scalar, const N: usize> Outputs<'a, T, N> {
     pub(crate) fn of(chunk: &'a mut Block<'_, T>) -> Self {
-        let mut levels = chunk.levels.outer_iter_mut();
-        Self(std::array::from_fn(|_| levels.next().map(|level| level.index_axis_move(Axis(1), 0))))
+        let mut levels = chunk.levels.outer_iter_mut().map(Output::of);
+        Self(std::array::from_fn(|_| levels.next()))
     }
 
     /// Whether more than level 0 is wanted.
     pub(crate) fn want_all(&self) -> bool {
-        self.0.iter().skip(1).any(Option::is_some)
+        matches!(self.0.get(1), Some(Some(_)))
     }
 
     /// Asks for the memory of a block.
     pub(crate) fn ask_for(&self, number: usize) {
-        for output in self.0.iter().flatten().filter_map(|output| output.as_slice()) {
-            ask_for_all(output, number * BLOCK, BLOCK);
+        for output in self.0.iter().flatten() {
+            if let Output::Piece(blocks) = output {
+                ask_for_all(
+                    blocks.as_flattened().as_flattened().as_flattened(),
+                    number * BLOCK,
+                    BLOCK,
+                );
+            }
         }
     }
 
     /// Lets a block of level 0 be written.
     pub(crate) fn write(&mut self, number: usize, write: impl FnOnce(&mut Signal<T>)) {
-        let Some(Some(output)) = self.0.first_mut() else { return };
-        if let Some(out) = block_in_place(output, number) {
-            return write(out);
+        match &mut self.0[0] {
+            Some(Output::Piece(blocks)) => write(&mut blocks[number]),
+            Some(Output::Strided(samples)) => {
+                let mut block = zeros();
+                write(&mut block);
+                put(samples, number, &block);
+            }
+            None => {}
         }
-        let mut out = [[[T::zero(); RUN]; WIDTH]; TILES];
-        write(&mut out);
-        put(output, number, &out);
     }
 
     /// Writes a block of the levels above.
     pub(crate) fn put_above(&mut self, number: usize, levels: &[Signal<T>; N]) {
         for (output, level) in self.0.iter_mut().zip(levels).skip(1) {
-            if let Some(output) = output {
-                put(output, number, level);
+            match output {
+                Some(Output::Piece(blocks)) => blocks[number] = *level,
+                Some(Output::Strided(samples)) => put(samples, number, level),
+                None => {}
             }
         }
     }
@@ -86,39 +122,34 @@ impl<'a, T: Scalar, const N: usize> Outputs<'a, T, N> {
     ) -> bool {
         let mut is_finite = true;
         for (level, output) in self.0.iter_mut().enumerate() {
-            let Some(output) = output else { continue };
-            if let Some(out) = block_in_place(output, number) {
-                is_finite &= change(level, out);
-                continue;
+            match output {
+                Some(Output::Piece(blocks)) => is_finite &= change(level, &mut blocks[number]),
+                Some(Output::Strided(samples)) => {
+                    let mut block = zeros();
+                    let rows = samples.slice_axis(Axis(0), Slice::from(rows(number)));
+                    let values = block.as_flattened_mut().as_flattened_mut();
+                    values.iter_mut().zip(rows).for_each(|(to, from)| *to = *from);
+                    is_finite &= change(level, &mut block);
+                    put(samples, number, &block);
+                }
+                None => break,
             }
-            let mut out = [[[T::zero(); RUN]; WIDTH]; TILES];
-            let rows = output.slice_axis(Axis(0), Slice::from(rows(number)));
-            for (to, from) in out.as_flattened_mut().as_flattened_mut().iter_mut().zip(rows) {
-                *to = *from;
-            }
-            is_finite &= change(level, &mut out);
-            put(output, number, &out);
         }
         is_finite
     }
+}
+
+fn zeros<T: Scalar>() -> Signal<T> {
+    [[[T::zero(); RUN]; WIDTH]; TILES]
 }
 
 fn rows(number: usize) -> Range<usize> {
     number * BLOCK..(number + 1) * BLOCK
 }
 
-/// A block of an output that lies in one piece.
-fn block_in_place<'a, T>(
-    output: &'a mut ArrayViewMut1<'_, T>,
-    number: usize,
-) -> Option<&'a mut Signal<T>> {
-    let samples = output.as_slice_mut()?.get_mut(rows(number))?;
-    samples.as_chunks_mut().0.as_chunks_mut().0.as_chunks_mut().0.first_mut()
-}
-
 /// Writes a block at any stride.
-fn put<T: Scalar>(output: &mut ArrayViewMut1<'_, T>, number: usize, block: &Signal<T>) {
-    let rows = output.slice_axis_mut(Axis(0), Slice::from(rows(number)));
+fn put<T: Scalar>(samples: &mut ArrayViewMut1<'_, T>, number: usize, block: &Signal<T>) {
+    let rows = samples.slice_axis_mut(Axis(0), Slice::from(rows(number)));
     for (to, from) in rows.into_iter().zip(block.as_flattened().as_flattened()) {
         *to = *from;
     }
