@@ -220,10 +220,23 @@ def test_times_stay_exact():
 
 def test_numbers_near_overflow_leave_numbers():
     """The state is never lost, wherever the largest numbers lie."""
-    y, u = signals(3 * CHUNK)
-    y[CHUNK + 700 : CHUNK + 710] = 1.7e308
-    y[CHUNK + 710 : CHUNK + 720] = -1.7e308
+    y, u = signals(2 * SHARE)
+    for start in (CHUNK + 700, SHARE + CHUNK + 700):
+        y[start : start + 10] = 1.7e308
+        y[start + 10 : start + 20] = -1.7e308
     case = Case("pi", lambda w: cf.PiForm(w, w**2), no_reference)
     exact, blocks = both(case, y, u, speed=90.0)
     assert np.isfinite(blocks.levels).all()
     assert_close(blocks.levels[0][-500:], exact.levels[0][-500:], 1e-9)
+
+
+@pytest.mark.parametrize("value", [1e308, -1.1e308])
+def test_what_overflows_only_on_the_way_is_done_again(value):
+    """A run from zero and what its start adds are both larger than their sum."""
+    y, u = signals(2 * SHARE)
+    for start in (700, SHARE + CHUNK + 700):
+        y[start : start + 20] = value
+    case = Case("pi", lambda w: cf.PiForm(w, w**2), no_reference)
+    exact, blocks = both(case, y, u, speed=5.0)
+    assert np.isfinite(exact.levels).all()
+    assert_close(blocks.levels[0], exact.levels[0], 1e-13)
