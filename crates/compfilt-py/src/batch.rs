@@ -17,7 +17,7 @@ use std::num::NonZeroUsize;
 use std::panic::resume_unwind;
 
 /// Rows after which the next channel has its turn, so that a block of rows stays in the cache.
-pub(crate) const ROWS: usize = 256;
+const ROWS: usize = 256;
 
 /// Rows in which the first measurement has most often come.
 pub(crate) const LEAD: usize = 4;

@@ -21,24 +21,27 @@ pub(crate) fn run_lanes<T: Scalar, D: Discretise<T, N>, const N: usize>(
     if channels.len() < 3 || rows < TILE {
         return run(filter, gains, channels, block);
     }
+    let all = block.levels.len_of(Axis(0)) > 1;
     let mut desk = Desk::new();
     let mut row_gains = Vec::new();
     let is_plain = |channel: &Channel<T, N>| channel.is_plain(filter);
     let wait = channels.iter().any(|channel| !channel.state.started);
-    for (start, end) in turns(rows, turn_of(block.measurement), wait) {
+    for (start, end) in turns(rows, turn_of(block.measurement, all), wait) {
         let (begin_gains, mut end_gains) = (gains, gains);
         let steady = gains_of_rows(filter, &mut end_gains, block.steps, start..end, &mut row_gains);
-        for (group, eight) in channels.chunks_mut(WIDTH).enumerate() {
-            let place = Place { first: group * WIDTH, start, end };
-            let done = if steady {
-                desk.run_plain(&is_plain, &row_gains, eight, &mut block, place)
+        for (number, channels) in channels.chunks_mut(SIDE_BY_SIDE).enumerate() {
+            let place = Place { first: number * SIDE_BY_SIDE, start, end };
+            if steady {
+                desk.run_plain(&is_plain, &row_gains, channels, &mut block, place);
             } else {
-                [false; WIDTH]
-            };
-            for (lane, channel) in eight.iter_mut().enumerate().filter(|(lane, _)| !done[*lane]) {
-                end_gains = begin_gains;
-                let rows = Rows { channel: place.first + lane, start, end };
-                run_careful(filter, &mut end_gains, channel, &mut block, rows);
+                desk.plain = [false; SIDE_BY_SIDE];
+            }
+            for (column, channel) in channels.iter_mut().enumerate() {
+                if !desk.plain[column] {
+                    end_gains = begin_gains;
+                    let rows = Rows { channel: place.first + column, start, end };
+                    run_careful(filter, &mut end_gains, channel, &mut block, rows);
+                }
             }
         }
         gains = end_gains;
@@ -70,7 +73,10 @@ fn gains_of_rows<T: Scalar, D: Discretise<T, N>, const N: usize>(
     true
 }
 
-/// Where a group of channels has its turn.
+/// Channels whose states stay in the nearest cache while memory is read row by row.
+const SIDE_BY_SIDE: usize = 32 * WIDTH;
+
+/// Where some channels have their turn.
 #[derive(Clone, Copy)]
 struct Place {
     first: usize,
@@ -78,19 +84,27 @@ struct Place {
     end: usize,
 }
 
-/// Where a group is worked on: a few kilobytes.
+/// Where channels are worked on: a few kilobytes.
 struct Desk<T, const N: usize> {
     level: Level,
     tile: Tile<T, N>,
+    /// The states of eight channels each.
+    lanes: Vec<[Row<T>; N]>,
+    /// Which channels went through plain steps.
+    plain: [bool; SIDE_BY_SIDE],
 }
 
 impl<T: Scalar, const N: usize> Desk<T, N> {
     fn new() -> Self {
-        Self { level: Level::new(), tile: Tile::new() }
+        Self {
+            level: Level::new(),
+            tile: Tile::new(),
+            lanes: Vec::new(),
+            plain: [false; SIDE_BY_SIDE],
+        }
     }
 
-    /// Filters the rows of up to eight channels as plain steps. Returns which of them that was true for; the others keep
-    /// their states.
+    /// Filters the rows of some channels as plain steps, and notes which of them that was true for; the others keep their states.
     fn run_plain<G: Recurrence<T, N>>(
         &mut self,
         is_plain: &dyn Fn(&Channel<T, N>) -> bool,
@@ -98,53 +112,94 @@ impl<T: Scalar, const N: usize> Desk<T, N> {
         channels: &mut [Channel<T, N>],
         block: &mut Block<'_, T>,
         place: Place,
-    ) -> [bool; WIDTH] {
-        let mut plain = [false; WIDTH];
-        let mut lanes = [Row([T::zero(); WIDTH]); N];
-        for (lane, channel) in channels.iter().enumerate() {
-            plain[lane] = is_plain(channel);
-            if plain[lane] {
+    ) {
+        for (plain, channel) in self.plain.iter_mut().zip(&*channels) {
+            *plain = is_plain(channel);
+        }
+        if !self.plain[..channels.len()].contains(&true) {
+            return;
+        }
+        self.lanes.clear();
+        for eight in channels.chunks(WIDTH) {
+            let mut lanes = [Row([T::zero(); WIDTH]); N];
+            for (lane, channel) in eight.iter().enumerate() {
                 for (row, x) in lanes.iter_mut().zip(&channel.state.levels.levels) {
                     row.0[lane] = *x;
                 }
             }
-        }
-        if !plain.contains(&true) {
-            return plain;
+            self.lanes.push(lanes);
         }
         let Place { first, start, end } = place;
         let area = (Slice::from(start..end), Slice::from(first..first + channels.len()));
         let levels = block.levels.slice_axis_mut(Axis(1), area.0);
         self.steps(
             gains,
-            &mut lanes,
             block.measurement.slice_axis(Axis(0), area.0).slice_axis_move(Axis(1), area.1),
             block.derivative.slice_axis(Axis(0), area.0).slice_axis_move(Axis(1), area.1),
             levels.slice_axis_move(Axis(2), area.1),
         );
-        for (lane, channel) in channels.iter_mut().enumerate() {
-            let end_levels = lanes.map(|row| row.0[lane]);
-            let last = block.derivative[(end - 1, first + lane)];
-            plain[lane] = plain[lane] && channel.take_plain(end_levels, last);
+        for (column, (channel, plain)) in channels.iter_mut().zip(&mut self.plain).enumerate() {
+            let lanes = &self.lanes[column / WIDTH];
+            let end_levels = lanes.each_ref().map(|row| row.0[column % WIDTH]);
+            let last = block.derivative[(end - 1, first + column)];
+            *plain = *plain && channel.take_plain(end_levels, last);
         }
-        plain
     }
 
-    /// From memory to memory where that can be, the rest tile by tile.
+    /// Rows of numbers side by side as memory has them, the others eight by eight.
     fn steps<G: Recurrence<T, N>>(
         &mut self,
         gains: &[G],
-        lanes: &mut [Row<T>; N],
         measurement: ArrayView2<'_, T>,
         derivative: ArrayView2<'_, T>,
         mut levels: ArrayViewMut3<'_, T>,
     ) {
+        let columns = measurement.ncols();
+        let in_order = [measurement.strides()[1], derivative.strides()[1], levels.strides()[2]];
+        let whole =
+            if in_order == [1; 3] && levels.len_of(Axis(0)) == 1 { columns / WIDTH } else { 0 };
+        if whole > 0 {
+            let area = Slice::from(..whole * WIDTH);
+            filter_rows(
+                self.level,
+                gains,
+                &mut self.lanes[..whole],
+                (measurement.slice_axis(Axis(1), area), derivative.slice_axis(Axis(1), area)),
+                levels.index_axis_mut(Axis(0), 0).slice_axis_move(Axis(1), area),
+            );
+        }
+        for number in whole..columns.div_ceil(WIDTH) {
+            let area = Slice::from(number * WIDTH..columns.min((number + 1) * WIDTH));
+            self.eight(
+                gains,
+                number,
+                measurement.slice_axis(Axis(1), area),
+                derivative.slice_axis(Axis(1), area),
+                levels.slice_axis_mut(Axis(2), area),
+            );
+        }
+    }
+
+    /// From memory to memory where that can be, the rest tile by tile.
+    fn eight<G: Recurrence<T, N>>(
+        &mut self,
+        gains: &[G],
+        number: usize,
+        measurement: ArrayView2<'_, T>,
+        derivative: ArrayView2<'_, T>,
+        mut levels: ArrayViewMut3<'_, T>,
+    ) {
+        let lanes = &mut self.lanes[number];
         let (samples, all) = (measurement.nrows(), levels.len_of(Axis(0)) > 1);
         let (y, u) = (Source::of(measurement), Source::of(derivative));
         let mut targets = levels.outer_iter_mut().map(Target::of);
         let mut targets: [Option<Target<'_, T>>; N] = std::array::from_fn(|_| targets.next());
-        let done =
-            if all { 0 } else { self.direct(gains, lanes, (&y, &u), &mut targets[0], samples) };
+        let done = match (&y, &u, &mut targets[0]) {
+            (Source::Columns(y), Source::Columns(u), Some(Target::Columns(out))) if !all => {
+                filter_columns(self.level, gains, lanes, (*y, *u), out, samples)
+            }
+            _ => 0,
+        };
         for start in (done..samples).step_by(TILE) {
             let rows = start..samples.min(start + TILE);
             y.read(self.level, rows.clone(), &mut self.tile.measurement);
@@ -155,26 +210,6 @@ impl<T: Scalar, const N: usize> Desk<T, N> {
                 let Some(target) = target else { break };
                 target.write(self.level, rows.clone(), tile);
             }
-        }
-    }
-
-    /// Returns how many rows were filtered without a tile between memory and the steps.
-    fn direct<G: Recurrence<T, N>>(
-        &self,
-        gains: &[G],
-        lanes: &mut [Row<T>; N],
-        signals: (&Source<'_, T>, &Source<'_, T>),
-        target: &mut Option<Target<'_, T>>,
-        rows: usize,
-    ) -> usize {
-        match (signals, target) {
-            ((Source::Rows(y), Source::Rows(u)), Some(Target::Rows(out))) => {
-                filter_rows(self.level, gains, lanes, (*y, *u), out)
-            }
-            ((Source::Columns(y), Source::Columns(u)), Some(Target::Columns(out))) => {
-                filter_columns(self.level, gains, lanes, (*y, *u), out, rows)
-            }
-            _ => 0,
         }
     }
 }

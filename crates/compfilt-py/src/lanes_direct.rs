@@ -1,4 +1,4 @@
-//! Eight channels from memory to memory, where level 0 alone is wanted: what lies between a tile and its channels is copies.
+//! Channels from memory to memory, where level 0 alone is wanted: what lies between a tile and its channels is copies.
 
 use crate::arrays::Scalar;
 use crate::lanes::{Row, keep, states, transposed};
@@ -7,54 +7,75 @@ use crate::simd::{Level, Simd, WIDTH, Wide, dispatch};
 use compfilt_core::Recurrence;
 use numpy::ndarray::{ArrayView2, ArrayViewMut2};
 
-/// Steps through rows of eight numbers that lie side by side, with one set of gains for all rows or one for each. Returns how
-/// many rows that were: none if they are narrower.
+/// Steps through rows of numbers that lie side by side, eight of them for each state, with one set of gains for all rows or one
+/// for each. Memory comes in order; the states stay in the nearest cache, or in registers where there is one of each level.
 pub(crate) fn filter_rows<T: Scalar, G: Recurrence<T, N>, const N: usize>(
     level: Level,
     gains: &[G],
-    lanes: &mut [Row<T>; N],
+    lanes: &mut [[Row<T>; N]],
     signals: (ArrayView2<'_, T>, ArrayView2<'_, T>),
-    out: &mut ArrayViewMut2<'_, T>,
-) -> usize {
-    if out.ncols() != WIDTH {
-        return 0;
+    out: ArrayViewMut2<'_, T>,
+) {
+    match lanes {
+        [lanes] => dispatch!(level, simd => rows_of_eight(simd, gains, lanes, signals, out)),
+        lanes => dispatch!(level, simd => rows(simd, gains, lanes, signals, out)),
     }
-    dispatch!(level, simd => rows(simd, gains, lanes, signals, out));
-    out.nrows()
+}
+
+#[inline(always)]
+fn rows_of_eight<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
+    _: S,
+    gains: &[G],
+    lanes: &mut [Row<T>; N],
+    (measurement, derivative): (ArrayView2<'_, T>, ArrayView2<'_, T>),
+    mut out: ArrayViewMut2<'_, T>,
+) {
+    let mut state = states::<S, T, N>(lanes);
+    let stride = usize::from(gains.len() > 1);
+    let signals = measurement.outer_iter().zip(derivative.outer_iter());
+    for (row, (mut out, (y, u))) in out.outer_iter_mut().zip(signals).enumerate() {
+        let ([y], [u], [out]) =
+            (eights(y.to_slice()), eights(u.to_slice()), eights_mut(out.as_slice_mut()))
+        else {
+            break;
+        };
+        let (y, u) = (T::Wide::<S>::from_array(*y), T::Wide::<S>::from_array(*u));
+        *out = gains[row * stride].step(&mut state, y, u).to_array();
+    }
+    keep::<S, T, N>(&state, lanes);
 }
 
 #[inline(always)]
 fn rows<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
     _: S,
     gains: &[G],
-    lanes: &mut [Row<T>; N],
+    lanes: &mut [[Row<T>; N]],
     (measurement, derivative): (ArrayView2<'_, T>, ArrayView2<'_, T>),
-    out: &mut ArrayViewMut2<'_, T>,
+    mut out: ArrayViewMut2<'_, T>,
 ) {
-    let mut state = states::<S, T, N>(lanes);
     let stride = usize::from(gains.len() > 1);
-    // Eight of many channels are a line here and a line there: the same lines of the next turn are asked for.
-    let is_wide = out.strides()[0].unsigned_abs() > WIDTH;
-    let later = [measurement.strides(), derivative.strides(), out.strides()]
-        .map(|strides| strides[0].unsigned_abs() * out.nrows());
     let signals = measurement.outer_iter().zip(derivative.outer_iter());
     for (row, (mut out, (y, u))) in out.outer_iter_mut().zip(signals).enumerate() {
-        let (Some(y), Some(u), Some(out)) = (
-            y.to_slice().and_then(<[T]>::first_chunk),
-            u.to_slice().and_then(<[T]>::first_chunk),
-            out.as_slice_mut().and_then(<[T]>::first_chunk_mut),
-        ) else {
-            return;
-        };
-        if is_wide {
-            ask_for(y, later[0]);
-            ask_for(u, later[1]);
-            ask_for(out, later[2]);
+        let signals = eights(y.to_slice()).iter().zip(eights(u.to_slice()));
+        let places = lanes.iter_mut().zip(eights_mut(out.as_slice_mut()));
+        for ((lanes, out), (y, u)) in places.zip(signals) {
+            let mut state = states::<S, T, N>(lanes);
+            let (y, u) = (T::Wide::<S>::from_array(*y), T::Wide::<S>::from_array(*u));
+            *out = gains[row * stride].step(&mut state, y, u).to_array();
+            keep::<S, T, N>(&state, lanes);
         }
-        let (y, u) = (T::Wide::<S>::from_array(*y), T::Wide::<S>::from_array(*u));
-        *out = gains[row * stride].step(&mut state, y, u).to_array();
     }
-    keep::<S, T, N>(&state, lanes);
+}
+
+/// The numbers of a row, eight by eight.
+#[inline(always)]
+fn eights<T>(row: Option<&[T]>) -> &[[T; WIDTH]] {
+    row.unwrap_or_default().as_chunks().0
+}
+
+#[inline(always)]
+fn eights_mut<T>(row: Option<&mut [T]>) -> &mut [[T; WIDTH]] {
+    row.unwrap_or_default().as_chunks_mut().0
 }
 
 /// Lines of memory that are asked for ahead in every channel: 24 streams are more than a processor fetches ahead by itself.

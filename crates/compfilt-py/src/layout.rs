@@ -1,7 +1,6 @@
 //! Up to eight channels of an array at any strides, to and from tiles.
 
 use crate::arrays::Scalar;
-use crate::batch::ROWS;
 use crate::lanes::{Rows, TILE, columns_of_zeros, to_columns, to_rows};
 use crate::simd::{Level, WIDTH};
 use numpy::ndarray::{ArrayView2, ArrayViewMut2, Axis, Slice};
@@ -10,16 +9,23 @@ use std::ops::Range;
 /// Rows of a turn where channels lie in one piece each.
 const PIECE: usize = 2048;
 
-/// Bytes of each array in a turn where the channels of a sample lie side by side: they fit into the second cache.
-const BAND: usize = 1 << 16;
+/// Most rows of a turn where they do not: a sample that is missing sends its channel's turn the careful way.
+const MOST: usize = 1024;
+
+/// Bytes of each array in a turn where memory comes in order.
+const IN_ORDER: usize = 1 << 20;
+
+/// Bytes of each array in a turn where every eight channels go through all rows: they fit into the second cache.
+const BY_EIGHT: usize = 1 << 16;
 
 /// Rows of a turn.
-pub(crate) fn turn_of<T: Scalar>(view: ArrayView2<'_, T>) -> usize {
+pub(crate) fn turn_of<T: Scalar>(view: ArrayView2<'_, T>, all: bool) -> usize {
     if view.strides()[0] == 1 {
         return PIECE;
     }
+    let bytes = if view.strides()[1] == 1 && !all { IN_ORDER } else { BY_EIGHT };
     let row = view.ncols().max(1) * size_of::<T>();
-    (BAND / row / TILE * TILE).clamp(TILE, ROWS)
+    (bytes / row / TILE * TILE).clamp(TILE, MOST)
 }
 
 /// What a tile is read from. What lies beyond its rows and channels keeps its numbers.
