@@ -74,7 +74,7 @@ fn gains_of_rows<T: Scalar, D: Discretise<T, N>, const N: usize>(
 }
 
 /// Channels whose states stay in the nearest cache while memory is read row by row.
-const SIDE_BY_SIDE: usize = 32 * WIDTH;
+const SIDE_BY_SIDE: usize = 2048;
 
 /// Where some channels have their turn.
 #[derive(Clone, Copy)]
@@ -119,35 +119,45 @@ impl<T: Scalar, const N: usize> Desk<T, N> {
         if !self.plain[..channels.len()].contains(&true) {
             return;
         }
+        let Place { first, start, end } = place;
+        let area = (Slice::from(start..end), Slice::from(first..first + channels.len()));
+        let measurement =
+            block.measurement.slice_axis(Axis(0), area.0).slice_axis_move(Axis(1), area.1);
+        let derivative =
+            block.derivative.slice_axis(Axis(0), area.0).slice_axis_move(Axis(1), area.1);
+        let levels = block.levels.slice_axis_mut(Axis(1), area.0).slice_axis_move(Axis(2), area.1);
+        let columns = channels.len();
+        let in_order = columns >= WIDTH
+            && levels.len_of(Axis(0)) == 1
+            && [measurement.strides()[1], derivative.strides()[1], levels.strides()[2]] == [1; 3];
+        // In order, the last eight are eight, even if they are not all new.
+        let last_first = if in_order { columns - WIDTH } else { columns };
+        let first_of = |group: usize| last_first.min(group * WIDTH);
         self.lanes.clear();
-        for eight in channels.chunks(WIDTH) {
+        for group in 0..columns.div_ceil(WIDTH) {
             let mut lanes = [Row([T::zero(); WIDTH]); N];
-            for (lane, channel) in eight.iter().enumerate() {
+            for (lane, channel) in channels[first_of(group)..].iter().take(WIDTH).enumerate() {
                 for (row, x) in lanes.iter_mut().zip(&channel.state.levels.levels) {
                     row.0[lane] = *x;
                 }
             }
             self.lanes.push(lanes);
         }
-        let Place { first, start, end } = place;
-        let area = (Slice::from(start..end), Slice::from(first..first + channels.len()));
-        let levels = block.levels.slice_axis_mut(Axis(1), area.0);
-        self.steps(
-            gains,
-            block.measurement.slice_axis(Axis(0), area.0).slice_axis_move(Axis(1), area.1),
-            block.derivative.slice_axis(Axis(0), area.0).slice_axis_move(Axis(1), area.1),
-            levels.slice_axis_move(Axis(2), area.1),
-        );
+        if in_order {
+            let out = levels.index_axis_move(Axis(0), 0);
+            filter_rows(self.level, gains, &mut self.lanes, (measurement, derivative), out);
+        } else {
+            self.by_eight(gains, measurement, derivative, levels);
+        }
         for (column, (channel, plain)) in channels.iter_mut().zip(&mut self.plain).enumerate() {
-            let lanes = &self.lanes[column / WIDTH];
-            let end_levels = lanes.each_ref().map(|row| row.0[column % WIDTH]);
+            let group = column / WIDTH;
+            let end_levels = self.lanes[group].map(|row| row.0[column - first_of(group)]);
             let last = block.derivative[(end - 1, first + column)];
             *plain = *plain && channel.take_plain(end_levels, last);
         }
     }
 
-    /// Rows of numbers side by side as memory has them, the others eight by eight.
-    fn steps<G: Recurrence<T, N>>(
+    fn by_eight<G: Recurrence<T, N>>(
         &mut self,
         gains: &[G],
         measurement: ArrayView2<'_, T>,
@@ -155,20 +165,7 @@ impl<T: Scalar, const N: usize> Desk<T, N> {
         mut levels: ArrayViewMut3<'_, T>,
     ) {
         let columns = measurement.ncols();
-        let in_order = [measurement.strides()[1], derivative.strides()[1], levels.strides()[2]];
-        let whole =
-            if in_order == [1; 3] && levels.len_of(Axis(0)) == 1 { columns / WIDTH } else { 0 };
-        if whole > 0 {
-            let area = Slice::from(..whole * WIDTH);
-            filter_rows(
-                self.level,
-                gains,
-                &mut self.lanes[..whole],
-                (measurement.slice_axis(Axis(1), area), derivative.slice_axis(Axis(1), area)),
-                levels.index_axis_mut(Axis(0), 0).slice_axis_move(Axis(1), area),
-            );
-        }
-        for number in whole..columns.div_ceil(WIDTH) {
+        for number in 0..columns.div_ceil(WIDTH) {
             let area = Slice::from(number * WIDTH..columns.min((number + 1) * WIDTH));
             self.eight(
                 gains,

@@ -7,8 +7,9 @@ use crate::simd::{Level, Simd, WIDTH, Wide, dispatch};
 use compfilt_core::Recurrence;
 use numpy::ndarray::{ArrayView2, ArrayViewMut2};
 
-/// Steps through rows of numbers that lie side by side, eight of them for each state, with one set of gains for all rows or one
-/// for each. Memory comes in order; the states stay in the nearest cache, or in registers where there is one of each level.
+/// Steps through rows of eight or more numbers that lie side by side, eight of them for each state, with one set of gains for all
+/// rows or one for each. If they are no multiple of eight the last state is that of the last eight, some of which the state before
+/// has too: both come to the same. Memory comes in order; the states stay in the nearest cache, or in registers where there is one.
 pub(crate) fn filter_rows<T: Scalar, G: Recurrence<T, N>, const N: usize>(
     level: Level,
     gains: &[G],
@@ -34,9 +35,11 @@ fn rows_of_eight<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
     let stride = usize::from(gains.len() > 1);
     let signals = measurement.outer_iter().zip(derivative.outer_iter());
     for (row, (mut out, (y, u))) in out.outer_iter_mut().zip(signals).enumerate() {
-        let ([y], [u], [out]) =
-            (eights(y.to_slice()), eights(u.to_slice()), eights_mut(out.as_slice_mut()))
-        else {
+        let (Some(y), Some(u), Some(out)) = (
+            y.to_slice().and_then(<[T]>::first_chunk),
+            u.to_slice().and_then(<[T]>::first_chunk),
+            out.as_slice_mut().and_then(<[T]>::first_chunk_mut),
+        ) else {
             break;
         };
         let (y, u) = (T::Wide::<S>::from_array(*y), T::Wide::<S>::from_array(*u));
@@ -56,26 +59,34 @@ fn rows<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
     let stride = usize::from(gains.len() > 1);
     let signals = measurement.outer_iter().zip(derivative.outer_iter());
     for (row, (mut out, (y, u))) in out.outer_iter_mut().zip(signals).enumerate() {
-        let signals = eights(y.to_slice()).iter().zip(eights(u.to_slice()));
-        let places = lanes.iter_mut().zip(eights_mut(out.as_slice_mut()));
-        for ((lanes, out), (y, u)) in places.zip(signals) {
-            let mut state = states::<S, T, N>(lanes);
-            let (y, u) = (T::Wide::<S>::from_array(*y), T::Wide::<S>::from_array(*u));
-            *out = gains[row * stride].step(&mut state, y, u).to_array();
-            keep::<S, T, N>(&state, lanes);
+        let (Some(y), Some(u), Some(out)) = (y.to_slice(), u.to_slice(), out.as_slice_mut()) else {
+            break;
+        };
+        let gains = &gains[row * stride];
+        let signals = y.as_chunks().0.iter().zip(u.as_chunks().0);
+        for ((lanes, out), (y, u)) in lanes.iter_mut().zip(out.as_chunks_mut().0).zip(signals) {
+            eight::<S, T, G, N>(gains, lanes, (y, u), out);
+        }
+        if out.len() % WIDTH > 0
+            && let (Some(lanes), Some(y), Some(u), Some(out)) =
+                (lanes.last_mut(), y.last_chunk(), u.last_chunk(), out.last_chunk_mut())
+        {
+            eight::<S, T, G, N>(gains, lanes, (y, u), out);
         }
     }
 }
 
-/// The numbers of a row, eight by eight.
 #[inline(always)]
-fn eights<T>(row: Option<&[T]>) -> &[[T; WIDTH]] {
-    row.unwrap_or_default().as_chunks().0
-}
-
-#[inline(always)]
-fn eights_mut<T>(row: Option<&mut [T]>) -> &mut [[T; WIDTH]] {
-    row.unwrap_or_default().as_chunks_mut().0
+fn eight<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
+    gains: &G,
+    lanes: &mut [Row<T>; N],
+    (y, u): (&[T; WIDTH], &[T; WIDTH]),
+    out: &mut [T; WIDTH],
+) {
+    let mut state = states::<S, T, N>(lanes);
+    let (y, u) = (T::Wide::<S>::from_array(*y), T::Wide::<S>::from_array(*u));
+    *out = gains.step(&mut state, y, u).to_array();
+    keep::<S, T, N>(&state, lanes);
 }
 
 /// Lines of memory that are asked for ahead in every channel: 24 streams are more than a processor fetches ahead by itself.
