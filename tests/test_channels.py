@@ -9,8 +9,10 @@ import compfilt as cf
 from designs import all_plain, assert_same_bits, few_cases, precisions, random_signals
 
 FS = 100.0
-# Rows of a tile, of a channel's turn, and of the turn of a channel that lies in one piece.
-TILE, TURN, PIECE = 16, 256, 2048
+# Rows of a tile, of a turn of channels that lie side by side, and of one of channels that lie in one piece each.
+TILE, TURN, PIECE = 16, 1024, 2048
+# Channels that one worker takes at least, and at most at once, where all lie side by side.
+SHARE, SIDE_BY_SIDE = 1024, 2048
 LAYOUTS = ("C", "F", "every second", "backwards", "turned")
 
 
@@ -69,6 +71,24 @@ def times(draw, rows):
 def test_any_number_of_channels(case, channels):
     y, u = random_signals(TURN + TILE + 3, channels)
     assert_like_single_channels(case.design, y, u, fs=FS, rule=case.rule)
+
+
+@pytest.mark.parametrize("channels", [2 * SHARE + 3, SIDE_BY_SIDE + 8])
+@pytest.mark.parametrize("is_complete", [True, False])
+@precisions
+def test_very_many_channels(channels, is_complete, dtype):
+    y, u = random_signals(TILE + 5, channels, dtype=dtype)
+    if not is_complete:
+        y[:, [0, 9, SHARE - 1, SHARE, channels - 1]] = np.nan
+        u[TILE, channels - 5] = np.inf
+    design = cf.PiForm(2.0, 1.0)
+    levels, flags = one_at_a_time(design, y, u, fs=FS)
+    for workers in (1, 2, 3):
+        out = design.filter(y, u, fs=FS, workers=workers)
+        assert_same_bits(out, levels[0])
+        estimate = design.estimate(y, u, fs=FS, workers=workers)
+        assert_same_bits(estimate.levels, levels)
+        assert_same_bits(estimate.flags, flags)
 
 
 @all_plain

@@ -5,7 +5,7 @@ use crate::batch_blocks::{pays, run_blocks};
 use crate::batch_lanes::run_lanes;
 use crate::design::{Design, Rule, Visitor};
 use crate::memory::Memory;
-use crate::shares::{at_most_cores, share, split_columns};
+use crate::shares::{IN_ORDER, at_most_cores, is_in_order, share, split_columns};
 use crate::state::Numbers;
 use compfilt_core::linear::{Flags, Input, RateInputs, Stream, StreamState};
 use compfilt_core::nalgebra::ComplexField;
@@ -257,6 +257,14 @@ impl<T: Scalar, D: Discretise<T, N>, const N: usize> Channelwise<T, D, N> {
         }
         self.gains
     }
+
+    /// Whether samples are plain steps once a channel has started, as far as they are there.
+    fn has_plain_steps(&self) -> bool {
+        self.channels.first().cloned().is_some_and(|mut channel| {
+            channel.state = StreamState::from_levels([T::zero(); N]);
+            channel.is_plain(&self.filter)
+        })
+    }
 }
 
 /// Some rows of a channel, at any stride.
@@ -424,7 +432,13 @@ where
             run_blocks(filter, &gains, &mut self.channels, block, workers);
             return;
         }
-        let share = share(self.channels.len(), workers);
+        let mut share = share(self.channels.len(), workers);
+        if share < self.channels.len().min(IN_ORDER)
+            && self.has_plain_steps()
+            && is_in_order(&block)
+        {
+            share = IN_ORDER;
+        }
         if share >= self.channels.len() {
             self.gains = run_lanes(filter, gains, &mut self.channels, block);
             return;

@@ -3,6 +3,7 @@
 use crate::arrays::Scalar;
 use crate::batch::{Block, Steps};
 use crate::simd::WIDTH;
+use compfilt_core::nalgebra::ComplexField;
 use numpy::ndarray::{ArrayView2, ArrayViewMut, Axis, Dimension};
 use std::num::NonZeroUsize;
 use std::sync::OnceLock;
@@ -21,6 +22,27 @@ pub(crate) fn at_most_cores(workers: NonZeroUsize) -> NonZeroUsize {
 /// How many channels a worker takes: whole groups of those that run side by side.
 pub(crate) fn share(channels: usize, workers: NonZeroUsize) -> usize {
     channels.div_ceil(WIDTH).div_ceil(workers.get()).max(1) * WIDTH
+}
+
+/// The least channels that a worker takes of a block whose rows are filtered as memory has them. One core reads and writes nearly as
+/// much as two, and parts of rows take longer: half of 64 channels each took two workers twice the time of one.
+pub(crate) const IN_ORDER: usize = 1024;
+
+/// Whether the rows lie in memory one after the other, level 0 alone is wanted, and few samples seem to be missing.
+pub(crate) fn is_in_order<T: Scalar>(block: &Block<'_, T>) -> bool {
+    const LOOKS: usize = 16;
+    let strides =
+        [block.measurement.strides()[1], block.derivative.strides()[1], block.levels.strides()[2]];
+    let rows = block.measurement.nrows();
+    let step = rows.div_ceil(LOOKS).max(1);
+    let is_complete = |signal: ArrayView2<'_, T>| {
+        let mut rows = (0..rows).step_by(step);
+        rows.all(|row| signal.row(row).iter().all(ComplexField::is_finite))
+    };
+    strides == [1; 3]
+        && block.levels.len_of(Axis(0)) == 1
+        && is_complete(block.measurement)
+        && is_complete(block.derivative)
 }
 
 /// The block's first rows and the others.
