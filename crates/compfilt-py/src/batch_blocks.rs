@@ -8,7 +8,7 @@
 
 use crate::arrays::Scalar;
 use crate::batch::{Block, Channel, Filter, LEAD, Steps, run};
-use crate::chunk_arrays::{Later, Outputs, Signals};
+use crate::chunk_arrays::{BLOCKS, CHUNK, Later, Outputs, Signals, lie_in_one_piece};
 use crate::lanes::are_finite;
 use crate::relay::Relay;
 use crate::runs::{BLOCK, FromZero, RUN, Signal, TILES, TileRuns};
@@ -16,17 +16,12 @@ use crate::shares::{split_columns, split_rows};
 use crate::simd::{Level, WIDTH};
 use compfilt_core::linear::{Motion, Runs};
 use compfilt_core::{Discretise, Recurrence};
+use numpy::ndarray::Axis;
 use std::num::NonZeroUsize;
 use std::sync::{Mutex, PoisonError};
 
-/// Blocks of a chunk: what is missing in a chunk sends all of it the exact way.
-const BLOCKS: usize = 32;
-
-/// Samples of a chunk.
-const CHUNK: usize = BLOCKS * BLOCK;
-
 /// Chunks that one of several workers takes at once. With fewer, memory is fetched ahead for the wrong worker: half a megabyte
-/// of every array at once takes 0.6 of the time of a sixteenth.
+/// of every array at once takes 0.6 of the time of an eighth of that.
 const CHUNKS: usize = 8;
 
 /// Whether another order of the sums is worth it: few channels, and enough samples to make up for the weights. Channels
@@ -59,9 +54,7 @@ pub(crate) fn run_blocks<T, D, const N: usize>(
             run(filter, *gains, std::slice::from_mut(channel), block);
         },
     };
-    for (channel, block) in channels.iter_mut().zip(split_columns(block, 1)) {
-        affine.channel(channel, block, workers);
-    }
+    affine.channels(channels, block, workers);
 }
 
 /// A filter with what makes it an affine map. It depends on the gains, not on the rule that they came from: half the code.
@@ -80,37 +73,60 @@ where
     T: Scalar,
     G: Recurrence<T, N> + Send + Sync,
 {
-    /// One channel: a few samples until it has started, the chunks, the samples that fill no block.
+    /// Each channel: a few samples until it has started, the chunks, the samples that fill no block.
     /// What is not plain all the time gains nothing here and loses nothing: its chunks go the exact way one after the other.
-    fn channel(&self, channel: &mut Channel<T, N>, block: Block<'_, T>, workers: NonZeroUsize) {
-        let lead = if (self.is_plain)(channel) { 0 } else { LEAD };
-        let (lead, rest) = split_rows(block, lead);
-        (self.exactly)(channel, lead);
-        let rows = rest.measurement.nrows();
-        let (rest, tail) = split_rows(rest, rows - rows % BLOCK);
-        let mut rest = Some(rest);
-        let workers = workers.get().min(rows.div_ceil(CHUNKS * CHUNK));
+    fn channels(&self, channels: &mut [Channel<T, N>], block: Block<'_, T>, workers: NonZeroUsize) {
+        let (mut rests, mut tails) = (Vec::new(), Vec::new());
+        for (channel, block) in channels.iter_mut().zip(split_columns(block, 1)) {
+            let lead = if (self.is_plain)(channel) { 0 } else { LEAD };
+            let (lead, rest) = split_rows(block, lead);
+            (self.exactly)(channel, lead);
+            let rows = rest.measurement.nrows();
+            let (rest, tail) = split_rows(rest, rows - rows % BLOCK);
+            rests.push((channel, rest));
+            tails.push(tail);
+        }
+        let rows = rests.iter().map(|(_, rest)| rest.measurement.nrows()).max();
+        let workers = workers.get().min(rows.unwrap_or(0).div_ceil(CHUNKS * CHUNK));
         if workers > 1 {
-            self.share(channel, rest, workers);
+            for (channel, rest) in rests {
+                self.share(channel, rest, workers);
+            }
         } else {
-            let mut desk = Desk::new(1);
-            while let Some(chunk) = take_chunk(&mut rest) {
-                self.alone(channel, chunk, &mut desk);
+            self.by_turns(rests);
+        }
+        for (channel, tail) in channels.iter_mut().zip(tails) {
+            (self.exactly)(channel, tail);
+        }
+    }
+
+    /// One worker: a chunk of each channel by turns, because channels side by side share their lines of memory.
+    fn by_turns(&self, rests: Vec<(&mut Channel<T, N>, Block<'_, T>)>) {
+        let Some((_, block)) = rests.first() else { return };
+        let mut desk = Desk::new(1, block);
+        let mut rests: Vec<_> =
+            rests.into_iter().map(|(channel, rest)| (channel, Some(rest))).collect();
+        while rests.iter().any(|(_, rest)| rest.is_some()) {
+            for (channel, rest) in &mut rests {
+                if let Some(chunk) = take_chunk(rest) {
+                    self.alone(channel, chunk, &mut desk);
+                }
             }
         }
-        (self.exactly)(channel, tail);
     }
 
     /// Several workers take chunks as they come.
-    fn share(&self, channel: &mut Channel<T, N>, block: Option<Block<'_, T>>, workers: usize) {
-        let queue = Mutex::new((0, block));
+    fn share(&self, channel: &mut Channel<T, N>, block: Block<'_, T>, workers: usize) {
+        let at_once = if lie_in_one_piece(&block) { CHUNKS } else { 1 };
+        let desk = Desk::new(at_once * BLOCKS, &block);
+        let queue = Mutex::new((0, Some(block)));
         let relay = Relay::new(channel.clone());
         std::thread::scope(|scope| {
             for _ in 0..workers {
                 scope.spawn(|| {
                     let _guard = relay.guard();
-                    let mut desk = Desk::new(CHUNKS * BLOCKS);
-                    while let Some((number, chunks)) = next_chunks(&queue)
+                    let mut desk = desk.clone();
+                    while let Some((number, chunks)) = next_chunks(&queue, at_once)
                         && self.in_turn((number, workers), chunks, &relay, &mut desk)
                     {
                     }
@@ -125,7 +141,8 @@ where
         if !(self.is_plain)(channel) {
             return (self.exactly)(channel, chunk);
         }
-        let (signals, mut outputs) = (Signals::of(&chunk), Outputs::of(&mut chunk));
+        let (signals, mut outputs) =
+            (Signals::of(&chunk), Outputs::of(&mut chunk, &mut desk.beside));
         let (mut levels, mut added) = (channel.state.levels.levels, [T::zero(); N]);
         let mut is_finite = true;
         for (number, pair) in signals.blocks().enumerate() {
@@ -137,6 +154,7 @@ where
                 break;
             }
         }
+        outputs.put();
         match self.after(channel, &added, &chunk) {
             None => (self.exactly)(channel, chunk),
             Some(next) => {
@@ -159,7 +177,7 @@ where
         let mut added = [[T::zero(); N]; CHUNKS];
         let blocks = desk.blocks.chunks_mut(BLOCKS);
         for ((chunk, blocks), added) in chunks.iter_mut().zip(blocks).zip(&mut added) {
-            let (signals, mut outputs) = (Signals::of(chunk), Outputs::of(chunk));
+            let (signals, mut outputs) = (Signals::of(chunk), Outputs::of(chunk, &mut desk.beside));
             for (number, (pair, block)) in signals.blocks().zip(blocks).enumerate() {
                 outputs.ask_for(number);
                 self.step_from_zero(block, pair, (&mut outputs, number), &mut desk.levels);
@@ -182,13 +200,15 @@ where
         for (mut chunk, blocks, mut begin) in started {
             let rows = chunk.measurement.nrows();
             let mut levels = begin.state.levels.levels;
-            let (later, mut outputs) = (Later::of(&chunk), Outputs::of(&mut chunk));
+            let (later, mut outputs) =
+                (Later::of(&chunk), Outputs::of(&mut chunk, &mut desk.beside));
             let mut is_finite = true;
             for (number, block) in blocks.iter().enumerate().take(rows / BLOCK) {
                 // Most likely the next chunks of this worker.
                 later.ask_for(workers * CHUNKS * CHUNK + number * BLOCK);
                 is_finite &= self.finish(&mut levels, block, (&mut outputs, number));
             }
+            outputs.put();
             if !is_finite {
                 (self.exactly)(&mut begin, chunk);
             }
@@ -205,13 +225,17 @@ where
         levels: &mut [Signal<T>; N],
     ) {
         let filter = (self.gains, &self.runs);
-        if outputs.want_all() {
-            outputs.write(number, |out| {
-                block.filter(self.level, filter, signals, out, Some(levels));
-            });
-            outputs.put_above(number, levels);
-        } else {
-            outputs.write(number, |out| block.filter(self.level, filter, signals, out, None));
+        let all = outputs.want_all().then_some(levels);
+        let mut outputs = outputs.block(number);
+        let Some(level0) = outputs.next() else { return };
+        match all {
+            None => block.filter(self.level, filter, signals, level0, None),
+            Some(levels) => {
+                block.filter(self.level, filter, signals, level0, Some(levels));
+                for (output, level) in outputs.zip(&levels[1..]) {
+                    *output = *level;
+                }
+            }
         }
     }
 
@@ -223,8 +247,11 @@ where
         (outputs, number): (&mut Outputs<'_, T, N>, usize),
     ) -> bool {
         let starts = block.starts(&self.runs, levels);
-        outputs
-            .change(number, |level, out| block.finish(self.level, &self.runs, &starts, level, out))
+        let mut is_finite = true;
+        for (level, out) in outputs.block(number).enumerate() {
+            is_finite &= block.finish(self.level, &self.runs, &starts, level, out);
+        }
+        is_finite
     }
 
     /// The channel after a chunk that adds `added`; none if a sample is missing.
@@ -259,22 +286,31 @@ fn take_chunk<'a, T: Scalar>(rest: &mut Option<Block<'a, T>>) -> Option<Block<'a
 /// The next chunks for a worker and the number of their turn.
 fn next_chunks<'a, T: Scalar>(
     queue: &Mutex<(usize, Option<Block<'a, T>>)>,
+    at_once: usize,
 ) -> Option<(usize, Vec<Block<'a, T>>)> {
     let mut queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
-    let chunks: Vec<_> = std::iter::from_fn(|| take_chunk(&mut queue.1)).take(CHUNKS).collect();
+    let chunks: Vec<_> = std::iter::from_fn(|| take_chunk(&mut queue.1)).take(at_once).collect();
     queue.0 += 1;
     (!chunks.is_empty()).then_some((queue.0 - 1, chunks))
 }
 
-/// What a worker keeps between both passes over its blocks, and room for the levels of one of them.
+/// What a worker keeps between both passes over its blocks, and what it needs in each.
+#[derive(Clone)]
 struct Desk<T, const N: usize> {
     blocks: Vec<FromZero<T, N>>,
+    /// The levels of a block.
     levels: Box<[Signal<T>; N]>,
+    /// A chunk of every level that does not lie in one piece.
+    beside: Vec<T>,
 }
 
 impl<T: Scalar, const N: usize> Desk<T, N> {
-    fn new(blocks: usize) -> Self {
-        let levels = Box::new([[[[T::zero(); RUN]; WIDTH]; TILES]; N]);
-        Self { blocks: vec![FromZero::new(); blocks], levels }
+    fn new(blocks: usize, block: &Block<'_, T>) -> Self {
+        let levels = if lie_in_one_piece(block) { 0 } else { block.levels.len_of(Axis(0)) };
+        Self {
+            blocks: vec![FromZero::new(); blocks],
+            levels: Box::new([[[[T::zero(); RUN]; WIDTH]; TILES]; N]),
+            beside: vec![T::zero(); levels * CHUNK],
+        }
     }
 }

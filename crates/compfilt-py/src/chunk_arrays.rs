@@ -3,11 +3,15 @@
 use crate::arrays::Scalar;
 use crate::batch::Block;
 use crate::prefetch::ask_for_all;
-use crate::runs::{BLOCK, RUN, Signal, TILES};
-use crate::simd::WIDTH;
-use numpy::ndarray::{ArrayView2, ArrayViewMut1, ArrayViewMut2, Axis, Slice};
+use crate::runs::{BLOCK, Signal};
+use numpy::ndarray::{ArrayView2, ArrayViewMut1, ArrayViewMut2, Axis};
 use std::borrow::Cow;
-use std::ops::Range;
+
+/// Blocks of a chunk: what is missing in a chunk sends all of it the exact way.
+pub(crate) const BLOCKS: usize = 32;
+
+/// Samples of a chunk.
+pub(crate) const CHUNK: usize = BLOCKS * BLOCK;
 
 /// Both signals of a chunk, each in one piece: a copy where it is not.
 pub(crate) struct Signals<'a, T: Clone>(Cow<'a, [T]>, Cow<'a, [T]>);
@@ -15,7 +19,8 @@ pub(crate) struct Signals<'a, T: Clone>(Cow<'a, [T]>, Cow<'a, [T]>);
 impl<'a, T: Scalar> Signals<'a, T> {
     pub(crate) fn of(chunk: &Block<'a, T>) -> Self {
         let [y, u] = [chunk.measurement, chunk.derivative].map(|view| {
-            piece(view).map_or_else(|| Cow::Owned(view.iter().copied().collect()), Cow::Borrowed)
+            let samples = view.index_axis_move(Axis(1), 0);
+            samples.to_slice().map_or_else(|| Cow::Owned(samples.to_vec()), Cow::Borrowed)
         });
         Self(y, u)
     }
@@ -26,7 +31,7 @@ impl<'a, T: Scalar> Signals<'a, T> {
 }
 
 /// The channel's samples, if they lie in one piece.
-fn piece<'a, T>(view: ArrayView2<'a, T>) -> Option<&'a [T]> {
+fn piece<T>(view: ArrayView2<'_, T>) -> Option<&[T]> {
     view.index_axis_move(Axis(1), 0).to_slice()
 }
 
@@ -46,20 +51,19 @@ impl<'a, T> Later<'a, T> {
     }
 }
 
-/// Where a level of a chunk goes.
-enum Output<'a, T> {
-    Piece(&'a mut [Signal<T>]),
-    Strided(ArrayViewMut1<'a, T>),
+/// A level of a chunk, block by block: where it goes, or beside it if that is not in one piece.
+struct Output<'a, T> {
+    blocks: &'a mut [Signal<T>],
+    strided: Option<ArrayViewMut1<'a, T>>,
 }
 
 impl<'a, T: Scalar> Output<'a, T> {
-    fn of(level: ArrayViewMut2<'a, T>) -> Self {
+    fn of(level: ArrayViewMut2<'a, T>, beside: &'a mut [T]) -> Self {
         let mut level = level.index_axis_move(Axis(1), 0);
         if level.as_slice_mut().is_none() {
-            return Self::Strided(level);
+            return Self { blocks: blocks_of_mut(beside), strided: Some(level) };
         }
-        let samples = level.into_slice().unwrap_or_default();
-        Self::Piece(samples.as_chunks_mut().0.as_chunks_mut().0.as_chunks_mut().0)
+        Self { blocks: blocks_of_mut(level.into_slice().unwrap_or_default()), strided: None }
     }
 }
 
@@ -67,9 +71,13 @@ impl<'a, T: Scalar> Output<'a, T> {
 pub(crate) struct Outputs<'a, T, const N: usize>([Option<Output<'a, T>>; N]);
 
 impl<'a, T: Scalar, const N: usize> Outputs<'a, T, N> {
-    pub(crate) fn of(chunk: &'a mut Block<'_, T>) -> Self {
-        let mut levels = chunk.levels.outer_iter_mut().map(Output::of);
-        Self(std::array::from_fn(|_| levels.next()))
+    /// `beside` has room for a chunk of each level if they do not lie in one piece.
+    pub(crate) fn of(chunk: &'a mut Block<'_, T>, beside: &'a mut [T]) -> Self {
+        let mut rooms = beside.chunks_mut(CHUNK);
+        let mut levels = chunk.levels.outer_iter_mut();
+        Self(std::array::from_fn(|_| {
+            levels.next().map(|level| Output::of(level, rooms.next().unwrap_or_default()))
+        }))
     }
 
     /// Whether more than level 0 is wanted.
@@ -80,81 +88,35 @@ impl<'a, T: Scalar, const N: usize> Outputs<'a, T, N> {
     /// Asks for the memory of a block.
     pub(crate) fn ask_for(&self, number: usize) {
         for output in self.0.iter().flatten() {
-            if let Output::Piece(blocks) = output {
-                ask_for_all(
-                    blocks.as_flattened().as_flattened().as_flattened(),
-                    number * BLOCK,
-                    BLOCK,
-                );
-            }
+            let samples = output.blocks.as_flattened().as_flattened().as_flattened();
+            ask_for_all(samples, number * BLOCK, BLOCK);
         }
     }
 
-    /// Lets a block of level 0 be written.
-    pub(crate) fn write(&mut self, number: usize, write: impl FnOnce(&mut Signal<T>)) {
-        match &mut self.0[0] {
-            Some(Output::Piece(blocks)) => write(&mut blocks[number]),
-            Some(Output::Strided(samples)) => {
-                let mut block = zeros();
-                write(&mut block);
-                put(samples, number, &block);
-            }
-            None => {}
-        }
+    /// A block of each level that is wanted.
+    pub(crate) fn block(&mut self, number: usize) -> impl Iterator<Item = &mut Signal<T>> {
+        self.0.iter_mut().flatten().filter_map(move |output| output.blocks.get_mut(number))
     }
 
-    /// Writes a block of the levels above.
-    pub(crate) fn put_above(&mut self, number: usize, levels: &[Signal<T>; N]) {
-        for (output, level) in self.0.iter_mut().zip(levels).skip(1) {
-            match output {
-                Some(Output::Piece(blocks)) => blocks[number] = *level,
-                Some(Output::Strided(samples)) => put(samples, number, level),
-                None => {}
-            }
+    /// Writes what is beside its place.
+    pub(crate) fn put(&mut self) {
+        for output in self.0.iter_mut().flatten() {
+            let Output { blocks, strided: Some(strided) } = output else { continue };
+            let samples = blocks.as_flattened().as_flattened().as_flattened();
+            strided.iter_mut().zip(samples).for_each(|(to, from)| *to = *from);
         }
-    }
-
-    /// Lets a block of every level be changed. False if one of them is not finite.
-    pub(crate) fn change(
-        &mut self,
-        number: usize,
-        mut change: impl FnMut(usize, &mut Signal<T>) -> bool,
-    ) -> bool {
-        let mut is_finite = true;
-        for (level, output) in self.0.iter_mut().enumerate() {
-            match output {
-                Some(Output::Piece(blocks)) => is_finite &= change(level, &mut blocks[number]),
-                Some(Output::Strided(samples)) => {
-                    let mut block = zeros();
-                    let rows = samples.slice_axis(Axis(0), Slice::from(rows(number)));
-                    let values = block.as_flattened_mut().as_flattened_mut();
-                    values.iter_mut().zip(rows).for_each(|(to, from)| *to = *from);
-                    is_finite &= change(level, &mut block);
-                    put(samples, number, &block);
-                }
-                None => break,
-            }
-        }
-        is_finite
     }
 }
 
-fn zeros<T: Scalar>() -> Signal<T> {
-    [[[T::zero(); RUN]; WIDTH]; TILES]
-}
-
-fn rows(number: usize) -> Range<usize> {
-    number * BLOCK..(number + 1) * BLOCK
-}
-
-/// Writes a block at any stride.
-fn put<T: Scalar>(samples: &mut ArrayViewMut1<'_, T>, number: usize, block: &Signal<T>) {
-    let rows = samples.slice_axis_mut(Axis(0), Slice::from(rows(number)));
-    for (to, from) in rows.into_iter().zip(block.as_flattened().as_flattened()) {
-        *to = *from;
-    }
+/// Whether the levels of a block lie in one piece each.
+pub(crate) fn lie_in_one_piece<T>(block: &Block<'_, T>) -> bool {
+    block.levels.strides()[1] == 1
 }
 
 fn blocks_of<T>(signal: &[T]) -> &[Signal<T>] {
     signal.as_chunks().0.as_chunks().0.as_chunks().0
+}
+
+fn blocks_of_mut<T>(signal: &mut [T]) -> &mut [Signal<T>] {
+    signal.as_chunks_mut().0.as_chunks_mut().0.as_chunks_mut().0
 }
