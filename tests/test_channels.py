@@ -13,11 +13,15 @@ FS = 100.0
 TILE, TURN, PIECE = 16, 1024, 2048
 # Channels that one worker takes at least, and at most at once, where all lie side by side.
 SHARE, SIDE_BY_SIDE = 1024, 2048
-LAYOUTS = ("C", "F", "every second", "backwards", "turned")
+LAYOUTS = ("C", "F", "of a table", "every second", "backwards", "turned")
 
 
 def laid_out(array, layout):
     """The same numbers at other strides."""
+    if layout == "of a table":
+        table = np.zeros((array.shape[0], array.shape[1] + 4), array.dtype)
+        table[:, 1:-3] = array
+        return table[:, 1:-3]
     if layout == "every second":
         wide = np.zeros((array.shape[0] * 2, array.shape[1] * 3), array.dtype)
         wide[::2, ::3] = array
@@ -73,7 +77,7 @@ def test_any_number_of_channels(case, channels):
     assert_like_single_channels(case.design, y, u, fs=FS, rule=case.rule)
 
 
-@pytest.mark.parametrize("channels", [2 * SHARE + 3, SIDE_BY_SIDE + 8])
+@pytest.mark.parametrize("channels", [2 * SHARE + 3, SIDE_BY_SIDE + 1, SIDE_BY_SIDE + 8])
 @pytest.mark.parametrize("is_complete", [True, False])
 @precisions
 def test_very_many_channels(channels, is_complete, dtype):
@@ -101,7 +105,7 @@ def test_every_design(case, dtype):
 
 @pytest.mark.parametrize("of_u", LAYOUTS)
 @pytest.mark.parametrize("of_y", LAYOUTS)
-@pytest.mark.parametrize("channels", [8, 11])
+@pytest.mark.parametrize("channels", [2, 3, 5, 8, 11])
 def test_any_layout(channels, of_y, of_u):
     y, u = random_signals(2 * TURN + 7, channels)
     design = cf.PiForm(2.0, 1.0)
@@ -125,10 +129,11 @@ def test_any_length(rows, order):
 @precisions
 @pytest.mark.parametrize("order", ["C", "F"])
 @pytest.mark.parametrize("even", [True, False], ids=["even steps", "varying steps"])
-def test_eight_channels_from_memory_to_memory(even, order, dtype):
+@pytest.mark.parametrize("channels", [2, 3, 4, 7, 8, 9, 16])
+def test_from_memory_to_memory(channels, even, order, dtype):
     """Over several turns, of which one is not plain and the last is short; also in the place of one of the signals."""
-    y, u = random_signals(2 * PIECE + TILE + 11, 8, dtype=dtype)
-    y[PIECE + 5, 2] = np.nan
+    y, u = random_signals(2 * PIECE + TILE + 11, channels, dtype=dtype)
+    y[PIECE + 5, channels - 1] = np.nan
     steps = np.random.default_rng(0).uniform(0.002, 0.02, len(y))
     times = {"fs": FS} if even else {"t": np.cumsum(steps)}
     design = cf.PiForm(2.0, 1.0)

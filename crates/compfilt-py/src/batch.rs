@@ -5,7 +5,7 @@ use crate::batch_blocks::{pays, run_blocks};
 use crate::batch_lanes::run_lanes;
 use crate::design::{Design, Rule, Visitor};
 use crate::memory::Memory;
-use crate::shares::{IN_ORDER, at_most_cores, is_in_order, share, split_columns};
+use crate::shares::{IN_ORDER, at_most_cores, seems_complete, share, split_columns};
 use crate::state::Numbers;
 use compfilt_core::linear::{Flags, Input, RateInputs, Stream, StreamState};
 use compfilt_core::nalgebra::ComplexField;
@@ -50,6 +50,15 @@ pub(crate) struct Block<'a, T> {
     /// `(1, samples, channels)` for level 0 alone, `(order, samples, channels)` for all levels.
     pub(crate) levels: ArrayViewMut3<'a, T>,
     pub(crate) flags: Option<ArrayViewMut2<'a, u8>>,
+}
+
+impl<T> Block<'_, T> {
+    /// Whether level 0 alone is wanted and channels lie side by side everywhere.
+    pub(crate) fn lies_in_rows(&self) -> bool {
+        let strides =
+            [self.measurement.strides()[1], self.derivative.strides()[1], self.levels.strides()[2]];
+        self.levels.len_of(Axis(0)) == 1 && strides == [1; 3]
+    }
 }
 
 /// A filter of any order, bound to the states of its channels.
@@ -435,7 +444,8 @@ where
         let mut share = share(self.channels.len(), workers);
         if share < self.channels.len().min(IN_ORDER)
             && self.has_plain_steps()
-            && is_in_order(&block)
+            && block.lies_in_rows()
+            && seems_complete(&block)
         {
             share = IN_ORDER;
         }

@@ -3,7 +3,8 @@
 use crate::arrays::Scalar;
 use crate::batch::{Block, Channel, Filter, Rows, Steps, follow, run, run_careful, turns};
 use crate::lanes::{Row, TILE, Tile, are_finite};
-use crate::lanes_direct::{filter_columns, filter_rows};
+use crate::lanes_columns::filter_columns;
+use crate::lanes_rows::filter_rows;
 use crate::layout::{Source, Target, turn_of};
 use crate::simd::{Level, WIDTH};
 use compfilt_core::{Discretise, Recurrence};
@@ -17,8 +18,9 @@ pub(crate) fn run_lanes<T: Scalar, D: Discretise<T, N>, const N: usize>(
     mut block: Block<'_, T>,
 ) -> D::Gains {
     let rows = block.measurement.nrows();
-    // Two channels would fill a quarter of the registers: one after the other they take half of the time.
-    if channels.len() < 3 || rows < TILE {
+    // Two channels would fill a quarter of the registers: one after the other they take less time, unless rows lie in order.
+    let least = if block.lies_in_rows() { 2 } else { 3 };
+    if channels.len() < least || rows < TILE {
         return run(filter, gains, channels, block);
     }
     let all = block.levels.len_of(Axis(0)) > 1;
@@ -119,6 +121,7 @@ impl<T: Scalar, const N: usize> Desk<T, N> {
         if !self.plain[..channels.len()].contains(&true) {
             return;
         }
+        let in_rows = channels.len() > 1 && block.lies_in_rows();
         let Place { first, start, end } = place;
         let area = (Slice::from(start..end), Slice::from(first..first + channels.len()));
         let measurement =
@@ -127,11 +130,8 @@ impl<T: Scalar, const N: usize> Desk<T, N> {
             block.derivative.slice_axis(Axis(0), area.0).slice_axis_move(Axis(1), area.1);
         let levels = block.levels.slice_axis_mut(Axis(1), area.0).slice_axis_move(Axis(2), area.1);
         let columns = channels.len();
-        let in_order = columns >= WIDTH
-            && levels.len_of(Axis(0)) == 1
-            && [measurement.strides()[1], derivative.strides()[1], levels.strides()[2]] == [1; 3];
-        // In order, the last eight are eight, even if they are not all new.
-        let last_first = if in_order { columns - WIDTH } else { columns };
+        // In rows, the last eight of more are eight, even if they are not all new.
+        let last_first = if in_rows { columns.saturating_sub(WIDTH) } else { columns };
         let first_of = |group: usize| last_first.min(group * WIDTH);
         self.lanes.clear();
         for group in 0..columns.div_ceil(WIDTH) {
@@ -143,7 +143,7 @@ impl<T: Scalar, const N: usize> Desk<T, N> {
             }
             self.lanes.push(lanes);
         }
-        if in_order {
+        if in_rows {
             let out = levels.index_axis_move(Axis(0), 0);
             filter_rows(self.level, gains, &mut self.lanes, (measurement, derivative), out);
         } else {

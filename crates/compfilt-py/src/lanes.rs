@@ -88,7 +88,17 @@ pub(crate) fn states<S: Simd, T: Scalar, const N: usize>(
     state
 }
 
-/// Keeps them.
+/// Steps through a sample of each.
+#[inline(always)]
+pub(crate) fn stepped<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
+    gains: &G,
+    state: &mut State<T::Wide<S>, N>,
+    (y, u): (&[T; WIDTH], &[T; WIDTH]),
+) -> [T; WIDTH] {
+    gains.step(state, T::Wide::<S>::from_array(*y), T::Wide::<S>::from_array(*u)).to_array()
+}
+
+/// Keeps the states.
 #[inline(always)]
 pub(crate) fn keep<S: Simd, T: Scalar, const N: usize>(
     state: &State<T::Wide<S>, N>,
@@ -174,6 +184,21 @@ fn shuffled<S: Simd, T: Scalar>(x: [T::Wide<S>; WIDTH]) -> [T::Wide<S>; WIDTH] {
         x[3].zip_low(x[7]),
         x[3].zip_high(x[7]),
     ]
+}
+
+/// Eight rows of eight sequences.
+#[inline(always)]
+pub(crate) fn square<S: Simd, T: Scalar>(
+    columns: &[&[T]; WIDTH],
+    start: usize,
+) -> [T::Wide<S>; WIDTH] {
+    let mut square = [T::Wide::<S>::from_array([T::zero(); WIDTH]); WIDTH];
+    for (wide, column) in square.iter_mut().zip(columns) {
+        let mut values = [T::zero(); WIDTH];
+        values.copy_from_slice(&column[start..start + WIDTH]);
+        *wide = T::Wide::<S>::from_array(values);
+    }
+    transposed::<S, T>(square)
 }
 
 /// Columns of zeros.

@@ -28,21 +28,15 @@ pub(crate) fn share(channels: usize, workers: NonZeroUsize) -> usize {
 /// much as two, and parts of rows take longer: half of 64 channels each took two workers twice the time of one.
 pub(crate) const IN_ORDER: usize = 1024;
 
-/// Whether the rows lie in memory one after the other, level 0 alone is wanted, and few samples seem to be missing.
-pub(crate) fn is_in_order<T: Scalar>(block: &Block<'_, T>) -> bool {
+/// Whether few samples are missing, as far as some rows tell.
+pub(crate) fn seems_complete<T: Scalar>(block: &Block<'_, T>) -> bool {
     const LOOKS: usize = 16;
-    let strides =
-        [block.measurement.strides()[1], block.derivative.strides()[1], block.levels.strides()[2]];
     let rows = block.measurement.nrows();
     let step = rows.div_ceil(LOOKS).max(1);
-    let is_complete = |signal: ArrayView2<'_, T>| {
+    [block.measurement, block.derivative].iter().all(|signal| {
         let mut rows = (0..rows).step_by(step);
         rows.all(|row| signal.row(row).iter().all(ComplexField::is_finite))
-    };
-    strides == [1; 3]
-        && block.levels.len_of(Axis(0)) == 1
-        && is_complete(block.measurement)
-        && is_complete(block.derivative)
+    })
 }
 
 /// The block's first rows and the others.
