@@ -203,3 +203,13 @@ def test_many_channels_need_no_exactness_to_be_fast():
     y, u = random_signals(5000, 8)
     design = cf.PiForm(2.0, 1.0)
     assert_same_bits(design.filter(y, u, fs=FS, exact=False), design.filter(y, u, fs=FS))
+
+
+@pytest.mark.parametrize(
+    ("of_y", "of_u", "in_fortran_order"), [("F", "F", True), ("F", "C", False), ("C", "C", False)]
+)
+def test_a_new_result_lies_in_memory_as_the_signals_do(of_y, of_u, in_fortran_order):
+    y, u = random_signals(TURN, 3)
+    result = cf.PiForm(2.0, 1.0).filter(laid_out(y, of_y), laid_out(u, of_u), fs=FS)
+    assert result.flags.f_contiguous == in_fortran_order
+    assert result.flags.c_contiguous != in_fortran_order

@@ -145,7 +145,10 @@ def test_consistent_input_is_reproduced(case, dtype, seed, speed, steps, gone):
     got = design.filter(seen, u, t=t, initial=initial_levels(design, start))
     if case.is_rate:  # a missing gyro sample is bridged, not predicted
         got, y = np.delete(got, gone), np.delete(y, gone)
-    check_reproduced(got, y, dtype, (speed * coasted(steps, gone)) ** (design.order - 1))
+    coasting = (speed * coasted(steps, gone)) ** (design.order - 1)
+    # Over a long step a measurement takes away what rounding had left in the upper levels, but not what rounding that adds.
+    long_step = np.finfo(dtype).eps * (speed * max(steps)) ** (design.order - 1)
+    check_reproduced(got, y, dtype, max(coasting, long_step))
 
 
 @all_matched

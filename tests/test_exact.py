@@ -19,9 +19,10 @@ from designs import (
 
 FS = 100.0
 # What the binding works in: runs of 8 samples, tiles of 8 runs, blocks of 4 tiles, chunks of 32 blocks; one of several workers
-# takes 8 chunks at once.
+# takes 8 chunks at once, and there are several from so many rows for each on.
 RUN, BLOCK, CHUNK = 8, 256, 8192
 SHARE = 8 * CHUNK
+WORKER = 2 * SHARE
 LENGTHS = (0, 1, RUN - 1, RUN, BLOCK - 1, BLOCK, BLOCK + 1, 4 * BLOCK - 1, 4 * BLOCK, 4 * BLOCK + 1)
 LONG = (CHUNK - 1, CHUNK, CHUNK + 1, CHUNK + RUN, CHUNK + RUN + 1, 3 * CHUNK + BLOCK + 37)
 BOUND = {np.dtype(np.float64): 1e-13, np.dtype(np.float32): 2e-5}
@@ -119,10 +120,10 @@ def test_any_length(rows, case):
 @few_cases
 @pytest.mark.parametrize("workers", [2, 3])
 def test_workers_do_not_change_a_bit(case, workers):
-    y, u = signals(3 * SHARE + 3 * CHUNK + 77)
+    y, u = signals(3 * WORKER + 3 * CHUNK + 77)
     y[3 * CHUNK + 5] = np.nan
     u[SHARE - 100 : SHARE + 9000] = np.nan
-    y[3 * SHARE - 1] = np.inf
+    y[[3 * SHARE - 1, 5 * SHARE]] = np.inf
     keywords = {"fs": FS, "rule": case.rule, "exact": False}
     alone = case.design.estimate(y, u, **keywords)
     shared = case.design.estimate(y, u, **keywords, workers=workers)
@@ -146,7 +147,7 @@ def test_missing_samples_anywhere(case, data):
 
 @few_cases
 @pytest.mark.parametrize("stride", [2, -1, -3])
-@pytest.mark.parametrize(("workers", "rows"), [(1, CHUNK + 999), (2, 2 * SHARE + 999)])
+@pytest.mark.parametrize(("workers", "rows"), [(1, CHUNK + 999), (2, 2 * WORKER + 999)])
 def test_strides(case, stride, workers, rows):
     y, u = signals(abs(stride) * rows)
     out = np.zeros_like(y)
@@ -161,12 +162,20 @@ def test_strides(case, stride, workers, rows):
 
 @few_cases
 @pytest.mark.parametrize("channels", [1, 2, 3])
-def test_a_few_channels_are_single_ones(case, channels):
-    y, u = (np.stack([signals(SHARE + 300, seed=s + k)[k] for s in range(channels)], axis=1) for k in (0, 1))
+def test_a_few_channels_in_one_piece_each_are_single_ones(case, channels):
+    y, u = (np.array([signals(2 * WORKER + 300, seed=s + k)[k] for s in range(channels)]).T for k in (0, 1))
     keywords = {"fs": FS, "rule": case.rule, "exact": False}
     together = case.design.filter(y, u, workers=2, **keywords)
     for channel in range(channels):
         assert_same_bits(together[:, channel], case.design.filter(y[:, channel], u[:, channel], **keywords))
+
+
+@few_cases
+@pytest.mark.parametrize("channels", [2, 3])
+def test_channels_side_by_side_stay_exact(case, channels):
+    y, u = random_signals(CHUNK + 300, channels)
+    exact = case.design.filter(y, u, fs=FS, rule=case.rule)
+    assert_same_bits(case.design.filter(y, u, fs=FS, rule=case.rule, exact=False, workers=2), exact)
 
 
 @all_linear_cases
@@ -220,7 +229,7 @@ def test_times_stay_exact():
 
 def test_numbers_near_overflow_leave_numbers():
     """The state is never lost, wherever the largest numbers lie."""
-    y, u = signals(2 * SHARE)
+    y, u = signals(2 * WORKER)
     for start in (CHUNK + 700, SHARE + CHUNK + 700):
         y[start : start + 10] = 1.7e308
         y[start + 10 : start + 20] = -1.7e308
@@ -233,7 +242,7 @@ def test_numbers_near_overflow_leave_numbers():
 @pytest.mark.parametrize("value", [1e308, -1.1e308])
 def test_what_overflows_only_on_the_way_is_done_again(value):
     """A run from zero and what its start adds are both larger than their sum."""
-    y, u = signals(2 * SHARE)
+    y, u = signals(2 * WORKER)
     for start in (700, SHARE + CHUNK + 700):
         y[start : start + 20] = value
     case = Case("pi", lambda w: cf.PiForm(w, w**2), no_reference)

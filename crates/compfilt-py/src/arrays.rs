@@ -80,6 +80,11 @@ impl<'py> Signal<'py> {
         self.array.shape()
     }
 
+    /// Whether the samples of a channel lie closer together than the channels of a sample, as in Fortran order.
+    pub(crate) fn is_by_channel(&self) -> bool {
+        matches!(self.array.strides(), [samples, channels] if samples.unsigned_abs() < channels.unsigned_abs())
+    }
+
     /// The array in the scalar type: itself where it has that type and lies aligned, otherwise a copy.
     pub(crate) fn typed<T: Scalar>(&self) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
         if let Ok(array) = self.array.cast::<PyArrayDyn<T>>()
@@ -106,7 +111,7 @@ impl<'py> Signal<'py> {
         if read.start.max(written.start) >= read.end.min(written.end) {
             return Ok(array);
         }
-        let copy = array.call_method0("copy")?;
+        let copy = array.call_method1("copy", ("K",))?;
         borrow(copy.cast::<PyArrayDyn<T>>()?, self.name)
     }
 }

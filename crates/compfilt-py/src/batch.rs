@@ -53,11 +53,21 @@ pub(crate) struct Block<'a, T> {
 }
 
 impl<T> Block<'_, T> {
-    /// Whether level 0 alone is wanted and channels lie side by side everywhere.
+    /// Whether channels lie side by side everywhere.
     pub(crate) fn lies_in_rows(&self) -> bool {
-        let strides =
-            [self.measurement.strides()[1], self.derivative.strides()[1], self.levels.strides()[2]];
-        self.levels.len_of(Axis(0)) == 1 && strides == [1; 3]
+        [self.measurement.strides()[1], self.derivative.strides()[1], self.levels.strides()[2]]
+            == [1; 3]
+    }
+
+    /// Whether every channel lies in one piece everywhere.
+    pub(crate) fn lies_in_columns(&self) -> bool {
+        [self.measurement.strides()[0], self.derivative.strides()[0], self.levels.strides()[1]]
+            == [1; 3]
+    }
+
+    /// Whether more than level 0 is wanted.
+    pub(crate) fn wants_all(&self) -> bool {
+        self.levels.len_of(Axis(0)) > 1
     }
 }
 
@@ -445,6 +455,7 @@ where
         if share < self.channels.len().min(IN_ORDER)
             && self.has_plain_steps()
             && block.lies_in_rows()
+            && !block.wants_all()
             && seems_complete(&block)
         {
             share = IN_ORDER;
@@ -453,17 +464,18 @@ where
             self.gains = run_lanes(filter, gains, &mut self.channels, block);
             return;
         }
-        let shares = self.channels.chunks_mut(share).zip(split_columns(block, share));
+        let mut shares = self.channels.chunks_mut(share).zip(split_columns(block, share));
+        let first = shares.next();
+        let run_share = |(channels, block)| run_lanes(filter, gains, channels, block);
         self.gains = std::thread::scope(|scope| {
-            let threads: Vec<_> = shares
-                .map(|(channels, block)| {
-                    scope.spawn(move || run_lanes(filter, gains, channels, block))
-                })
-                .collect();
+            let threads: Vec<_> =
+                shares.map(|share| scope.spawn(move || run_share(share))).collect();
+            let gains_after = first.map_or(gains, run_share);
             let joined = threads.into_iter().map(std::thread::ScopedJoinHandle::join);
-            let gains_after =
-                joined.map(|gains| gains.unwrap_or_else(|panic| resume_unwind(panic)));
-            gains_after.last().unwrap_or(gains)
+            joined
+                .map(|gains| gains.unwrap_or_else(|panic| resume_unwind(panic)))
+                .last()
+                .unwrap_or(gains_after)
         });
     }
 

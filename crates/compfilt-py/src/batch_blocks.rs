@@ -24,11 +24,15 @@ use std::sync::{Mutex, PoisonError};
 /// of every array at once takes 0.6 of the time of an eighth of that.
 const CHUNKS: usize = 8;
 
-/// Whether another order of the sums is worth it: few channels, and enough samples to make up for the weights. Channels
-/// side by side are as fast and exact.
+/// Least rows for each of several workers: to start a thread takes as long as to filter some ten thousand.
+const ROWS_OF_A_WORKER: usize = 1 << 17;
+
+/// Whether another order of the sums is worth it: enough samples to make up for the weights, and one channel or few that lie in
+/// one piece each. Channels side by side are as fast in the order of a stream.
 pub(crate) fn pays<T>(block: &Block<'_, T>) -> bool {
     let (rows, channels) = block.measurement.dim();
-    matches!(block.steps, Steps::Uniform) && channels < 4 && rows >= 4 * BLOCK
+    let most = if block.lies_in_columns() { 3 } else { 1 };
+    matches!(block.steps, Steps::Uniform) && channels <= most && rows >= 4 * BLOCK
 }
 
 /// Filters each channel for itself.
@@ -76,42 +80,25 @@ where
     /// Each channel: a few samples until it has started, the chunks, the samples that fill no block.
     /// What is not plain all the time gains nothing here and loses nothing: its chunks go the exact way one after the other.
     fn channels(&self, channels: &mut [Channel<T, N>], block: Block<'_, T>, workers: NonZeroUsize) {
-        let (mut rests, mut tails) = (Vec::new(), Vec::new());
         for (channel, block) in channels.iter_mut().zip(split_columns(block, 1)) {
             let lead = if (self.is_plain)(channel) { 0 } else { LEAD };
             let (lead, rest) = split_rows(block, lead);
             (self.exactly)(channel, lead);
             let rows = rest.measurement.nrows();
-            let (rest, tail) = split_rows(rest, rows - rows % BLOCK);
-            rests.push((channel, rest));
-            tails.push(tail);
-        }
-        let rows = rests.iter().map(|(_, rest)| rest.measurement.nrows()).max();
-        let workers = workers.get().min(rows.unwrap_or(0).div_ceil(CHUNKS * CHUNK));
-        if workers > 1 {
-            for (channel, rest) in rests {
-                self.share(channel, rest, workers);
+            let (chunks, tail) = split_rows(rest, rows - rows % BLOCK);
+            match workers.get().min(rows / ROWS_OF_A_WORKER) {
+                0 | 1 => self.alone(channel, chunks),
+                workers => self.share(channel, chunks, workers),
             }
-        } else {
-            self.by_turns(rests);
-        }
-        for (channel, tail) in channels.iter_mut().zip(tails) {
             (self.exactly)(channel, tail);
         }
     }
 
-    /// One worker: a chunk of each channel by turns, because channels side by side share their lines of memory.
-    fn by_turns(&self, rests: Vec<(&mut Channel<T, N>, Block<'_, T>)>) {
-        let Some((_, block)) = rests.first() else { return };
-        let mut desk = Desk::new(1, block);
-        let mut rests: Vec<_> =
-            rests.into_iter().map(|(channel, rest)| (channel, Some(rest))).collect();
-        while rests.iter().any(|(_, rest)| rest.is_some()) {
-            for (channel, rest) in &mut rests {
-                if let Some(chunk) = take_chunk(rest) {
-                    self.alone(channel, chunk, &mut desk);
-                }
-            }
+    fn alone(&self, channel: &mut Channel<T, N>, block: Block<'_, T>) {
+        let mut desk = Desk::new(1, &block);
+        let mut rest = Some(block);
+        while let Some(chunk) = take_chunk(&mut rest) {
+            self.chunk(channel, chunk, &mut desk);
         }
     }
 
@@ -121,23 +108,24 @@ where
         let desk = Desk::new(at_once * BLOCKS, &block);
         let queue = Mutex::new((0, Some(block)));
         let relay = Relay::new(channel.clone());
+        let work = || {
+            let _guard = relay.guard();
+            let mut desk = desk.clone();
+            while let Some((number, chunks)) = next_chunks(&queue, at_once)
+                && self.in_turn((number, workers), chunks, &relay, &mut desk)
+            {}
+        };
         std::thread::scope(|scope| {
-            for _ in 0..workers {
-                scope.spawn(|| {
-                    let _guard = relay.guard();
-                    let mut desk = desk.clone();
-                    while let Some((number, chunks)) = next_chunks(&queue, at_once)
-                        && self.in_turn((number, workers), chunks, &relay, &mut desk)
-                    {
-                    }
-                });
+            for _ in 1..workers {
+                scope.spawn(work);
             }
+            work();
         });
         *channel = relay.last();
     }
 
     /// A chunk whose start is known: block by block, while it is in the nearest cache.
-    fn alone(&self, channel: &mut Channel<T, N>, mut chunk: Block<'_, T>, desk: &mut Desk<T, N>) {
+    fn chunk(&self, channel: &mut Channel<T, N>, mut chunk: Block<'_, T>, desk: &mut Desk<T, N>) {
         if !(self.is_plain)(channel) {
             return (self.exactly)(channel, chunk);
         }

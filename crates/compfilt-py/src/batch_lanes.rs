@@ -18,12 +18,12 @@ pub(crate) fn run_lanes<T: Scalar, D: Discretise<T, N>, const N: usize>(
     mut block: Block<'_, T>,
 ) -> D::Gains {
     let rows = block.measurement.nrows();
+    let all = block.wants_all();
     // Two channels would fill a quarter of the registers: one after the other they take less time, unless rows lie in order.
-    let least = if block.lies_in_rows() { 2 } else { 3 };
+    let least = if block.lies_in_rows() && !all { 2 } else { 3 };
     if channels.len() < least || rows < TILE {
         return run(filter, gains, channels, block);
     }
-    let all = block.levels.len_of(Axis(0)) > 1;
     let mut desk = Desk::new();
     let mut row_gains = Vec::new();
     let is_plain = |channel: &Channel<T, N>| channel.is_plain(filter);
@@ -121,7 +121,7 @@ impl<T: Scalar, const N: usize> Desk<T, N> {
         if !self.plain[..channels.len()].contains(&true) {
             return;
         }
-        let in_rows = channels.len() > 1 && block.lies_in_rows();
+        let in_rows = channels.len() > 1 && block.lies_in_rows() && !block.wants_all();
         let Place { first, start, end } = place;
         let area = (Slice::from(start..end), Slice::from(first..first + channels.len()));
         let measurement =

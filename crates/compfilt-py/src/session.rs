@@ -86,7 +86,11 @@ impl<T: Scalar> Session<T> {
                 PyArrayDyn::<T>::zeros(py, IxDyn(&levels), false)
             }
             Wanted::Level0(Some(out)) => output::<T>(out, shape.slice())?,
-            Wanted::Level0(None) => PyArrayDyn::<T>::zeros(py, shape.clone(), false),
+            Wanted::Level0(None) => {
+                let signals = [input.measurement, input.derivative];
+                let by_channel = signals.into_iter().all(Signal::is_by_channel);
+                PyArrayDyn::<T>::zeros(py, shape.clone(), by_channel)
+            }
         };
         let out = (!keep_levels).then_some(&results);
         let measurement = input.measurement.typed_apart_from::<T>(out)?;
