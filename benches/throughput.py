@@ -129,7 +129,7 @@ def main() -> int:
     print(f"Linear filters, best of {rounds} interleaved rounds; {machine()}")
     for dtype in (np.float64, np.float32):
         one_channel(dtype, samples, rounds)
-    for channels in (8, 64):
+    for channels in (3, 8, 64):
         for order in ("C", "F"):
             many_channels(channels, order, samples, rounds)
     return 0

@@ -22,7 +22,7 @@ FS = 100.0
 # takes 8 chunks at once, and there are several from so many rows for each on.
 RUN, BLOCK, CHUNK = 8, 256, 8192
 SHARE = 8 * CHUNK
-WORKER = 2 * SHARE
+WORKER = 4 * SHARE
 LENGTHS = (0, 1, RUN - 1, RUN, BLOCK - 1, BLOCK, BLOCK + 1, 4 * BLOCK - 1, 4 * BLOCK, 4 * BLOCK + 1)
 LONG = (CHUNK - 1, CHUNK, CHUNK + 1, CHUNK + RUN, CHUNK + RUN + 1, 3 * CHUNK + BLOCK + 37)
 BOUND = {np.dtype(np.float64): 1e-13, np.dtype(np.float32): 2e-5}

@@ -24,8 +24,8 @@ use std::sync::{Mutex, PoisonError};
 /// of every array at once takes 0.6 of the time of an eighth of that.
 const CHUNKS: usize = 8;
 
-/// Least rows for each of several workers: to start a thread takes as long as to filter some ten thousand.
-const ROWS_OF_A_WORKER: usize = 1 << 17;
+/// Least rows for each of several workers: to start a thread takes as long as to filter some hundred thousand.
+const ROWS_OF_A_WORKER: usize = 1 << 18;
 
 /// Whether another order of the sums is worth it: enough samples to make up for the weights, and one channel or few that lie in
 /// one piece each. Channels side by side are as fast in the order of a stream.

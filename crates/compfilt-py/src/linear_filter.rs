@@ -195,17 +195,17 @@ impl LinearFilter {
     ///     What to do when t decreases.
     /// exact : bool
     ///     True keeps the order of the arithmetic: bit for bit that of a stream and of firmware. False permits another order
-    ///     of the sums where that is faster: with fs, from 1024 samples on, for one channel or up to three in Fortran order
-    ///     (in C order they are as fast as they are), without period, delay, gap_cap and "trapezoid", and not for the rate
-    ///     filter. Parts of a channel are then filtered side by side. Level 0 differs by up to 1e-13 of its largest value in
-    ///     float64 and 3e-5 in float32 for time constants of up to 1000 samples, ten times that for 10 000; the other levels
-    ///     by some twenty times as much. Flags are the same. Stretches of some thousand samples with a missing one go the
-    ///     exact way. Neither workers nor the processor change a bit.
+    ///     of the sums where that is faster: with fs, from 1024 samples on, for one channel or up to three in Fortran order,
+    ///     without period, delay, gap_cap and "trapezoid", and not for the rate filter. In C order they are as fast in the
+    ///     exact way. Parts of a channel are then filtered side by side. Level 0 differs by up to 1e-13 of its largest value
+    ///     in float64 and 3e-5 in float32 for time constants of up to 1000 samples, ten times that for 10 000; the other
+    ///     levels by some twenty times as much. Flags are the same. Stretches of some thousand samples with a missing one go
+    ///     the exact way. Neither workers nor the processor change a bit.
     /// workers : int
     ///     Threads, as far as there are cores. Channels are shared out between them, in groups of eight that run side by
     ///     side in each thread, in C order in groups of a thousand as long as hardly a sample is missing: one thread then reads and
     ///     writes nearly as fast as several. With exact=False also the parts of one channel are shared out, half a million
-    ///     bytes of each array at a time, among at most one thread for every 131 072 samples. Nothing is copied; each thread
+    ///     bytes of each array at a time, among at most one thread for every 262 144 samples. Nothing is copied; each thread
     ///     needs less than 1 MB.
     /// out : ndarray, optional
     ///     Where to write the result: shape of measurement, dtype of the result.
