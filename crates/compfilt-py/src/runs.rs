@@ -17,11 +17,9 @@ pub(crate) const TILES: usize = 4;
 /// Samples of a block.
 pub(crate) const BLOCK: usize = TILES * WIDTH * RUN;
 
-/// Samples ahead that memory is asked for, a line of each array between two steps: many at once would have to wait for one another.
+/// Samples ahead that memory is asked for, a line of each array between two steps: many lines at once wait for one another. The
+/// processor by itself is sometimes faster, and often not.
 const AHEAD: usize = 4 * BLOCK;
-
-/// Below, a processor that fetches ahead by itself does it sooner.
-const ASKS_AHEAD_FROM_ORDER: usize = 3;
 
 /// The runs of a tile.
 pub(crate) type TileRuns<T, const N: usize> = Runs<T, N, RUN, WIDTH>;
@@ -98,12 +96,10 @@ fn from_zero<S: Simd, T: Scalar, G: Recurrence<T, N>, const N: usize>(
         let mut state = State { levels: [zero; N] };
         let mut samples = [[zero; RUN]; N];
         for row in 0..RUN {
-            if N >= ASKS_AHEAD_FROM_ORDER {
-                let later = AHEAD + row * RUN;
-                ask_for(measurement[tile].as_flattened(), later);
-                ask_for(derivative[tile].as_flattened(), later);
-                ask_for(out[tile].as_flattened(), later);
-            }
+            let later = AHEAD + row * RUN;
+            ask_for(measurement[tile].as_flattened(), later);
+            ask_for(derivative[tile].as_flattened(), later);
+            ask_for(out[tile].as_flattened(), later);
             gains.step(&mut state, y[row], u[row]);
             samples[0][row] = state.levels[0];
             if levels.is_some() {
