@@ -12,7 +12,8 @@ from pathlib import Path
 
 from cost_calls import Kind, call_of, signals_of
 
-SMALL = 100
+ENOUGH = 600_000
+"""Samples of a first call that goes all ways of a larger one: the code itself becomes resident."""
 
 
 def extra_bytes_in_a_fresh_process(kind: Kind, samples: int) -> int:
@@ -23,7 +24,7 @@ def extra_bytes_in_a_fresh_process(kind: Kind, samples: int) -> int:
 
 def extra_bytes(kind: Kind, samples: int) -> int:
     """The same in this process."""
-    call_of(kind, signals_of(SMALL, 1))()
+    call_of(kind, signals_of(min(samples, ENOUGH), 1))()
     signals = signals_of(samples, 1)
     signals[2][:] = 1.0  # Zeros are not resident before they are written.
     call = call_of(kind, signals)
